@@ -26,7 +26,8 @@ class MassFunction:
     focal_sets : array_like of int, shape (F,)
         Bitmasks, all different, none empty; shared by the whole batch. A set may carry mass 0.
     masses : array_like of float, shape (..., F)
-        Mass of each focal set, in [0, 1], summing to 1 along the last axis within 1e-9. Nothing is renormalised.
+        Mass of each focal set, in [0, 1], summing to 1 along the last axis within 1e-9. Nothing is
+        renormalised.
 
     Raises
     ------

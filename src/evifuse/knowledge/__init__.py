@@ -1,1 +1,5 @@
-"""evifuse knowledge."""
+"""Prototypes as YAML that a person can read and change, and what loads them."""
+
+from evifuse.knowledge.load import BUILT_IN, built_in_text, load_knowledge, parse_knowledge
+
+__all__ = ["BUILT_IN", "built_in_text", "load_knowledge", "parse_knowledge"]
