@@ -1,1 +1,44 @@
-"""evifuse vision/primitives."""
+"""Shape primitives, one per file; a new one is a new file and one entry in `PRIMITIVES`."""
+
+from collections.abc import Callable, Mapping
+
+from evifuse.belief import Frame
+from evifuse.vision.primitives import bracket, circle, ellipse, rectangle, square, triangle
+from evifuse.vision.primitives.base import Agreement, Geometry, Hypothesis, Outline, agreement, outline_of
+from evifuse.vision.primitives.bracket import bracket_belief
+from evifuse.vision.primitives.circle import circle_belief
+from evifuse.vision.primitives.ellipse import Ellipse, ellipse_belief
+from evifuse.vision.primitives.rectangle import rectangle_belief
+from evifuse.vision.primitives.square import square_belief
+from evifuse.vision.primitives.triangle import triangle_belief
+
+__all__ = [
+    "PRIMITIVES",
+    "SHAPE_FRAME",
+    "Agreement",
+    "Ellipse",
+    "Geometry",
+    "Hypothesis",
+    "Outline",
+    "agreement",
+    "bracket_belief",
+    "circle_belief",
+    "ellipse_belief",
+    "outline_of",
+    "rectangle_belief",
+    "square_belief",
+    "triangle_belief",
+]
+
+PRIMITIVES: Mapping[str, Callable[[Outline], Hypothesis | None]] = {
+    "rectangle": rectangle.propose,
+    "square": square.propose,
+    "triangle": triangle.propose,
+    "ellipse": ellipse.propose,
+    "circle": circle.propose,
+    "bracket": bracket.propose,
+}
+"""What proposes each primitive, by the name of the hypothesis."""
+
+SHAPE_FRAME = Frame(PRIMITIVES)
+"""Frame of discernment of the shape primitives, F_p of section 3.3."""

@@ -1,0 +1,125 @@
+"""Link lists: straight edge segments in order along an outline, with link edges across the gaps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.vision.detect import Chain
+
+__all__ = ["LinkList", "link_chain", "link_chains", "outer_points"]
+
+SEGMENT_TOLERANCE_PX = 1.2
+"""How far edge points may lie from the straight segment that stands for them, px."""
+
+GAP_PX = 2.0
+"""Neighbouring edge points that are further apart than this have a gap between them, px."""
+
+
+@dataclass(frozen=True)
+class LinkList:
+    """Edge segments in order, as in figure 2 of the chapter.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (N, 2)
+        Edge points in order, (x, y) px.
+    starts : ndarray of float64, shape (S, 2)
+        Where each edge segment starts; segment ``i`` is linked to segment ``i + 1``.
+    ends : ndarray of float64, shape (S, 2)
+        Where each ends. Where an end is not the next start, a link edge closes the gap.
+    closed : bool
+        Whether the last segment is linked to the first.
+    """
+
+    points: NDArray[np.float64]
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    closed: bool
+
+
+def link_chain(chain: Chain) -> LinkList:
+    """Link list of one chain of edge points.
+
+    Parameters
+    ----------
+    chain : Chain
+        Points in order along an edge.
+
+    Returns
+    -------
+    LinkList
+        Closed if both ends of the chain nearly meet: no further apart than 5 % of its length.
+    """
+    apart = float(np.hypot(*(chain[-1] - chain[0])))
+    return link_chains((chain,), closed=len(chain) > 12 and apart <= max(3.0, 0.05 * len(chain)))
+
+
+def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
+    """Link list of several chains that follow each other along one outline.
+
+    Parameters
+    ----------
+    chains : tuple of Chain
+        In order, each running in the direction of the outline.
+    closed : bool
+        Whether the last is linked to the first.
+
+    Returns
+    -------
+    LinkList
+        Every chain cut into straight edge segments (Douglas and Peucker, 1973, within 1.2 px).
+    """
+    corners = [_straight_pieces(c) for c in chains]
+    return LinkList(
+        points=np.vstack(chains),
+        starts=np.vstack([c[:-1] for c in corners]),
+        ends=np.vstack([c[1:] for c in corners]),
+        closed=closed,
+    )
+
+
+def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.float64]:
+    """The points seen from outside: in every direction from the middle, the farthest one.
+
+    The outline of a thick open stroke runs along both its sides; this keeps the outer side.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (N, 2)
+        Edge points, px.
+    sectors : int, optional
+        Into how many equal directions to divide the turn.
+
+    Returns
+    -------
+    ndarray of float64, shape (M, 2)
+        At most one point per direction, ordered by direction (clockwise on the screen).
+    """
+    import cv2
+
+    hull = cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+    middle = hull.mean(axis=0) if len(hull) < 3 else _centroid(hull)
+    offset = points - middle
+    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) + 0.5) * sectors).astype(np.intp)
+    order = np.lexsort((-(offset**2).sum(axis=1), sector))
+    _, first = np.unique(sector[order], return_index=True)
+    return points[order[first]]
+
+
+def _centroid(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Centre of area of a polygon."""
+    p, q = polygon - polygon[0], np.roll(polygon, -1, axis=0) - polygon[0]
+    w = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    total = w.sum()
+    if abs(total) < 1e-9:
+        return polygon.mean(axis=0)
+    return polygon[0] + ((p + q) * w[:, None]).sum(axis=0) / (3 * total)
+
+
+def _straight_pieces(chain: Chain) -> NDArray[np.float64]:
+    """Corners of the chain as a polygonal line, first and last point included."""
+    import cv2
+
+    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), SEGMENT_TOLERANCE_PX, False)
+    return corners.reshape(-1, 2).astype(np.float64)
