@@ -1,0 +1,251 @@
+"""From rolls to curvature: the local curvature along each roll, and the shape operator of each site.
+
+Rolling without slip turns the fingertip by dpsi/ds = 1/a - K per unit of contact path, so K_cone = -dpsi/ds and
+K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three things are measured beside the chapter:
+
+- the contact path, p = c - a n, from the pose (c) and the pressures (n), so that the direction is the travelled one;
+- slip: the centre's path is a times the turn that was really rolled, so the turn that slipped is left out;
+- the component across the path. With g = -dn/ds_c along the centre's path, g = S_c t_c holds as a vector, where
+  S_c is the shape operator of the path's own surface, at distance a from the touched one. S_c is fitted over all
+  rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.contact import ContactTrack
+from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.rolling import ContactSite, tangents
+
+__all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator"]
+
+NARROWEST_RAD = 0.2
+"""Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
+SHARPEST = 0.05
+"""Smallest 1 + a k of the offset surface that is believed: curvatures beyond -19 / a are cut off there."""
+
+
+@dataclass(frozen=True)
+class RollCurvature:
+    """What one roll says about the curvature at its site.
+
+    Parameters
+    ----------
+    samples : ndarray of int64, shape (M,)
+        Samples of the recording that it was measured on.
+    direction_rad : float
+        Angle of the contact path's tangent at the site against the world's x axis projected into the tangent
+        plane, counter-clockwise about the outward normal, in [0, pi).
+    curvature_per_m : float
+        Normal curvature K of the surface along it, 1/m, concave up positive.
+    standard_error_per_m : float
+        Standard error of K, 1/m.
+    joint_curvature_per_m : float
+        K from the joint angle with nothing known about slip, 1/m: the chapter's own estimate.
+    slip : float
+        Share of the turn that was not rolled; 0 without slip.
+    tangent : ndarray of float64, shape (2,)
+        Unit tangent of the centre's path in the site's tangent plane.
+    bending_per_m : ndarray of float64, shape (2,)
+        g = -dn/ds_c in the site's tangent plane, 1/m.
+    bending_error_per_m : ndarray of float64, shape (2,)
+        Standard errors of g along and across the tangent, 1/m.
+    """
+
+    samples: NDArray[np.int64]
+    direction_rad: float
+    curvature_per_m: float
+    standard_error_per_m: float
+    joint_curvature_per_m: float
+    slip: float
+    tangent: NDArray[np.float64]
+    bending_per_m: NDArray[np.float64]
+    bending_error_per_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ShapeOperator:
+    """Principal curvatures of a surface at a site.
+
+    Parameters
+    ----------
+    k1_per_m, k2_per_m : float
+        Principal curvatures, 1/m, concave up positive, k1 >= k2.
+    k1_error_per_m, k2_error_per_m : float
+        Their standard errors, 1/m.
+    k1_direction_rad : float
+        Direction of k1, as `RollCurvature.direction_rad`.
+    """
+
+    k1_per_m: float
+    k2_per_m: float
+    k1_error_per_m: float
+    k2_error_per_m: float
+    k1_direction_rad: float
+
+
+def measure_roll(
+    recording: TouchRecording, track: ContactTrack, site: ContactSite, roll: NDArray[np.int64]
+) -> RollCurvature:
+    """Curvature along one roll, at the point of it that is closest to its site.
+
+    Parameters
+    ----------
+    recording : TouchRecording
+        T samples.
+    track : ContactTrack
+        Its contact.
+    site : ContactSite
+        The site that the roll crosses.
+    roll : ndarray of int64, shape (M,)
+        Samples of the roll.
+
+    Returns
+    -------
+    RollCurvature
+        In the tangent plane of the site.
+    """
+    radius = recording.fingertip.radius_m
+    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
+    centre = (recording.position_m[roll] - site.centre_m) @ frame
+    heading = _heading(centre[:, :2])
+    turn = np.stack([heading, [-heading[1], heading[0]]], axis=1)
+    centre = np.concatenate([centre[:, :2] @ turn, centre[:, 2:]], axis=1)
+    tilt = _tilt(track.normal[roll] @ frame) @ turn
+    rows = np.concatenate([centre, tilt, recording.joint_angle_rad[roll, None]], axis=1)
+    rows, weight = _blocks(rows, 0.5 * taxel_pitch_m(recording.fingertip))
+    arc, slope = _arc_length(rows[:, :3], weight)
+    along, along_error = _rate(arc, rows[:, 3], weight)
+    across, across_error = _rate(arc, rows[:, 4], weight)
+    psi, _ = _rate(arc, rows[:, 5], weight)
+    tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
+    g = -(turn @ np.array([along, across]))
+    contact = tangent + radius * g
+    length = max(float(np.linalg.norm(contact)), SHARPEST)
+    contact = contact / length
+    return RollCurvature(
+        samples=roll,
+        direction_rad=float(np.arctan2(contact[1], contact[0]) % np.pi),
+        curvature_per_m=float(contact @ g) / length,
+        standard_error_per_m=along_error / length**2,
+        joint_curvature_per_m=1 / radius - abs(psi) * abs(float(contact @ tangent)) / length,
+        slip=1 - 1 / (radius * abs(psi)) if abs(psi) * radius > 0.1 else 0.0,
+        tangent=tangent,
+        bending_per_m=g,
+        bending_error_per_m=np.array([along_error, across_error]),
+    )
+
+
+def shape_operator(rolls: list[RollCurvature], radius_m: float) -> ShapeOperator | None:
+    """Shape operator of a site, fitted over the directions of its rolls.
+
+    Parameters
+    ----------
+    rolls : list of RollCurvature
+        The rolls of one site.
+    radius_m : float
+        Radius a of the fingertip, metres.
+
+    Returns
+    -------
+    ShapeOperator or None
+        None if the rolls have one direction only: two curvatures can't be told from it.
+    """
+    if not rolls or _spread_rad([roll.direction_rad for roll in rolls]) < NARROWEST_RAD:
+        return None
+    system, target = np.zeros((3, 3)), np.zeros(3)
+    for roll in rolls:
+        t, error = roll.tangent, roll.bending_error_per_m
+        axes = np.stack([t, [-t[1], t[0]]])
+        equations = axes @ np.array([[t[0], t[1], 0.0], [0.0, t[0], t[1]]]) / error[:, None]
+        system += equations.T @ equations
+        target += equations.T @ (axes @ roll.bending_per_m / error)
+    xx, xy, yy = np.linalg.solve(system, target)
+    misfit = sum(
+        float(np.square(roll.bending_per_m - np.array([[xx, xy], [xy, yy]]) @ roll.tangent).sum())
+        / float(np.square(roll.bending_error_per_m).sum())
+        for roll in rolls
+    ) / max(len(rolls) - 1.5, 0.5)
+    covariance = np.linalg.inv(system) * max(misfit, 1.0)
+    offset, axes = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
+    scale = np.maximum(1 + radius_m * offset, SHARPEST)
+    k = offset / scale
+    design = np.stack([axes[0] ** 2, 2 * axes[0] * axes[1], axes[1] ** 2], axis=1)
+    error = np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design)) / scale**2
+    direction = float(np.arctan2(axes[1, 1], axes[0, 1]) % np.pi)
+    return ShapeOperator(float(k[1]), float(k[0]), float(error[1]), float(error[0]), direction)
+
+
+def _spread_rad(directions_rad: list[float]) -> float:
+    """Smallest angle that holds all directions, directions being lines."""
+    ordered = np.sort(np.array(directions_rad) % np.pi)
+    gaps = np.diff(np.concatenate([ordered, ordered[:1] + np.pi]))
+    return float(np.pi - gaps.max())
+
+
+def _heading(flat: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit direction (2,) of a path (M, 2): its principal axis, pointing the way it went."""
+    middle = flat - flat.mean(axis=0)
+    heading = np.linalg.eigh(middle.T @ middle)[1][:, 1]
+    return heading if heading @ (flat[-1] - flat[0]) >= 0 else -heading
+
+
+def _tilt(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angle vectors (M, 2) of normals (M, 3) against the third axis, radians."""
+    sine = np.linalg.norm(normal[:, :2], axis=1)
+    angle = np.arctan2(sine, normal[:, 2])
+    return normal[:, :2] * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]
+
+
+def _blocks(rows: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Means (B, C) of the rows over equal steps of their first column, with weights (B,) of at most 1.
+
+    Neighbouring samples share the same taxels and hence the same error: half a taxel of travel is about one
+    independent measurement.
+    """
+    first = rows[:, 0]
+    low, extent = float(first.min()), float(np.ptp(first))
+    count = int(np.clip(round(extent / step), 4, 60))
+    label = np.minimum(((first - low) * (count / extent)).astype(np.int64), count - 1)
+    size = np.bincount(label, minlength=count)
+    sums = np.stack([np.bincount(label, column, count) for column in rows.T], axis=1)
+    kept = size > 0
+    return sums[kept] / size[kept, None], np.sqrt(np.minimum(size[kept] / np.median(size[kept]), 1.0))
+
+
+def _arc_length(path: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Arc length (B,) of a path (B, 3) along its first axis, 0 next to the origin, and its slope dy/dx there."""
+    x = path[:, 0]
+    order = min(3, len(x) - 1)
+    lateral = np.polynomial.Polynomial.fit(x, path[:, 1], order, w=weight).deriv()
+    height = np.polynomial.Polynomial.fit(x, path[:, 2], order, w=weight).deriv()
+    start = float(np.clip(0.0, x.min(), x.max()))
+    node, share = np.polynomial.legendre.leggauss(6)
+    grid = start + (x - start)[:, None] * (0.5 * (node + 1))
+    speed = np.sqrt(1 + lateral(grid) ** 2 + height(grid) ** 2)
+    return (x - start) * (speed @ (0.5 * share)), float(lateral(start))
+
+
+def _rate(
+    arc: NDArray[np.float64], values: NDArray[np.float64], weight: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Derivative of the values at arc 0, and its standard error.
+
+    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that changes
+    along the roll then doesn't pull the value at the site.
+    """
+    scale = float(np.abs(arc).max())
+    count = len(arc)
+    best = (np.inf, 0.0, 0.0)
+    for order in range(1, min(3, count - 2) + 1):
+        powers = (arc / scale)[:, None] ** np.arange(order + 1) * weight[:, None]
+        solution = np.linalg.lstsq(powers, values * weight, rcond=None)[0]
+        squares = float(np.square(values * weight - powers @ solution).sum()) + 1e-20 * count
+        score = count * np.log(squares / count) + (order + 1) * np.log(count)
+        if score < best[0] - 2:
+            variance = squares / (count - order - 1) * np.linalg.inv(powers.T @ powers)[1, 1]
+            best = (score, float(solution[1]) / scale, float(np.sqrt(variance)) / scale)
+    return best[1], best[2]
