@@ -1,13 +1,27 @@
 """Which link lists belong to one object."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.primitives import Hypothesis, Outline
+from evifuse.vision.detect import Chain
+from evifuse.vision.primitives import PRIMITIVES, Hypothesis, Outline
 
-__all__ = ["Candidate", "group_objects"]
+__all__ = ["Candidate", "candidate_of", "clusters", "group_objects"]
+
+RESOLUTION_PX = 8.0
+"""An outline so wide, in pixels of the picture, keeps 63 % of its belief (our own)."""
+
+PIXEL_GRID_PX = 0.5
+"""Deviation that says nothing when straight and curved hypotheses are compared, px (our own)."""
+
+NEAR = 0.15
+"""Chains belong together if the gap between their boxes is below this share of the larger extent (our own)."""
+
+MAX_CHAINS = 300
+"""In a picture with more chains everything is near something: neighbourhood says nothing."""
 
 NESTED_AREA = 12.0
 """An outline inside another of up to so many times its area is part of the same object (our own)."""
@@ -36,6 +50,75 @@ class Candidate:
         """Bounds of the best hypothesis and the outline together: x0, y0, x1, y1, px."""
         best = max(self.hypotheses, key=lambda h: h.belief).shape
         return np.concatenate([best.min(axis=0), best.max(axis=0)])
+
+
+def candidate_of(outline: Outline, scale: float) -> Candidate:
+    """Everything an outline might show.
+
+    To the belief that each primitive gives, two factors are applied that no primitive can know alone
+    (our own). *Rivalry*: where a polygon follows the outline more closely than the arc does, the arc
+    loses the squared ratio of their deviations, and the other way round. *Resolution*: ``1 - exp(-width
+    / 8 px)``.
+
+    Parameters
+    ----------
+    outline : Outline
+        What is seen, in working pixels.
+    scale : float
+        Working pixels per pixel of the picture.
+
+    Returns
+    -------
+    Candidate
+        Its hypotheses are ordered, most believed first.
+    """
+    proposals = [h for h in (propose(outline) for propose in PRIMITIVES.values()) if h is not None]
+    resolution = 1 - float(np.exp(-outline.width / scale / RESOLUTION_PX))
+    weighed: list[Hypothesis] = []
+    for h in proposals:
+        rivals = [other.deviation for other in proposals if other.curved != h.curved]
+        rivalry = 1.0
+        if rivals:
+            rivalry = min(1.0, (min(rivals) + PIXEL_GRID_PX) / (h.deviation + PIXEL_GRID_PX)) ** 2
+        terms = {**h.terms, "rivalry": rivalry, "resolution": resolution}
+        weighed.append(replace(h, belief=h.belief * rivalry * resolution, terms=terms))
+    weighed.sort(key=lambda h: -h.belief)
+    return Candidate(outline, tuple(weighed), weighed[0].belief if weighed else 0.0)
+
+
+def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:
+    """Chains that may be strokes of one outline: neighbours, few in number, none of which spans the others.
+
+    Parameters
+    ----------
+    chains : sequence of Chain
+        Edges of the picture, px.
+
+    Returns
+    -------
+    list of tuple of Chain
+        Groups of 2 to 8 chains whose boxes are closer than 15 % of the larger extent.
+    """
+    if not 2 <= len(chains) <= MAX_CHAINS:
+        return []
+    low = np.array([c.min(axis=0) for c in chains])
+    high = np.array([c.max(axis=0) for c in chains])
+    extent = (high - low).max(axis=1)
+    apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
+    near = apart <= NEAR * np.maximum(extent[:, None], extent[None])
+    groups: list[tuple[Chain, ...]] = []
+    left = set(range(len(chains)))
+    while left:
+        group, grown = set[int](), {left.pop()}
+        while grown:
+            group |= grown
+            grown = {int(j) for i in grown for j in np.flatnonzero(near[i])} - group
+        left -= group
+        members = sorted(group)
+        spans = np.ptp(np.vstack([low[members], high[members]]), axis=0)
+        if 2 <= len(members) <= 8 and not ((high - low)[members] >= 0.95 * spans).all(axis=1).any():
+            groups.append(tuple(chains[i] for i in members))
+    return groups
 
 
 def group_objects(candidates: list[Candidate], least: float) -> list[Candidate]:

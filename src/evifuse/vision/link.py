@@ -7,10 +7,13 @@ from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
 
-__all__ = ["LinkList", "link_chain", "link_chains", "outer_points"]
+__all__ = ["LinkList", "link_chain", "link_chains", "outer_link_list", "outer_points"]
 
 SEGMENT_TOLERANCE_PX = 1.2
-"""How far edge points may lie from the straight segment that stands for them, px."""
+"""How far edge points may lie from the straight segment that stands for them, px, at least."""
+
+SEGMENT_TOLERANCE = 0.012
+"""The same as a share of the outline's extent; the larger of both holds (our own)."""
 
 GAP_PX = 2.0
 """Neighbouring edge points that are further apart than this have a gap between them, px."""
@@ -68,15 +71,40 @@ def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
     Returns
     -------
     LinkList
-        Every chain cut into straight edge segments (Douglas and Peucker, 1973, within 1.2 px).
+        Every chain cut into straight edge segments (Douglas and Peucker, 1973).
     """
-    corners = [_straight_pieces(c) for c in chains]
+    points = np.vstack(chains)
+    tolerance = max(SEGMENT_TOLERANCE_PX, SEGMENT_TOLERANCE * float(np.ptp(points, axis=0).max()))
+    corners = [_straight_pieces(c, tolerance) for c in chains]
     return LinkList(
-        points=np.vstack(chains),
+        points=points,
         starts=np.vstack([c[:-1] for c in corners]),
         ends=np.vstack([c[1:] for c in corners]),
         closed=closed,
     )
+
+
+def outer_link_list(chains: tuple[Chain, ...]) -> LinkList:
+    """Link list of what several chains show to the outside.
+
+    Parameters
+    ----------
+    chains : tuple of Chain
+        Edges of one object, in any order and direction.
+
+    Returns
+    -------
+    LinkList
+        Closed, clockwise on the screen; where the outline jumps, a link edge spans the gap.
+    """
+    points = outer_points(np.vstack(chains))
+    extent = float(np.ptp(points, axis=0).max())
+    jump = np.hypot(*(np.roll(points, -1, axis=0) - points).T) > 0.12 * extent + GAP_PX
+    if not jump.any():
+        return link_chains((np.vstack([points, points[:1]]),), closed=True)
+    first = int(np.flatnonzero(jump)[0]) + 1
+    runs = np.split(np.roll(points, -first, axis=0), np.flatnonzero(np.roll(jump, -first)[:-1]) + 1)
+    return link_chains(tuple(r for r in runs if len(r) > 1) or (points,), closed=True)
 
 
 def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.float64]:
@@ -117,9 +145,9 @@ def _centroid(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
     return polygon[0] + ((p + q) * w[:, None]).sum(axis=0) / (3 * total)
 
 
-def _straight_pieces(chain: Chain) -> NDArray[np.float64]:
+def _straight_pieces(chain: Chain, tolerance: float) -> NDArray[np.float64]:
     """Corners of the chain as a polygonal line, first and last point included."""
     import cv2
 
-    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), SEGMENT_TOLERANCE_PX, False)
+    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), tolerance, False)
     return corners.reshape(-1, 2).astype(np.float64)

@@ -10,23 +10,22 @@ from evifuse.belief import MassFunction
 from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
-from evifuse.vision.detect import Detector, EdgeDrawing
+from evifuse.vision.detect import Chain, Detector, EdgeDrawing
 from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.fit import FittedEdge, split_at_corners
-from evifuse.vision.group import Candidate, group_objects
-from evifuse.vision.link import link_chain
-from evifuse.vision.primitives import PRIMITIVES, Hypothesis, Outline, outline_of
+from evifuse.vision.geometry import perimeter
+from evifuse.vision.group import Candidate, candidate_of, clusters, group_objects
+from evifuse.vision.link import link_chain, outer_link_list
+from evifuse.vision.primitives import Hypothesis, Outline, outline_of
+from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
 
 LEAST_BELIEF = 0.15
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
 
-WORKING_SIDE_PX = 240
-"""Pictures with a shorter side are enlarged up to four times for edge detection (our own)."""
-
-WORKING_PIXELS = 4_000_000
-"""Pictures with more pixels are reduced for edge detection (our own)."""
+SHORTEST_PX = 24
+"""Chains of fewer points show no shape, working px (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,59 +102,55 @@ def sense_shapes(
     """
     picture = as_image(image)
     kb = load_knowledge("shape") if knowledge is None else knowledge
-    candidates = find_candidates(picture, EdgeDrawing() if detector is None else detector)
+    working = working_picture(picture)
+    candidates = find_candidates(working, EdgeDrawing() if detector is None else detector)
     chosen = group_objects(candidates, LEAST_BELIEF)
-    return tuple(_seen(c, kb, picture.shape[1], picture.shape[0]) for c in chosen)
+    return tuple(_seen(c, working, kb, (picture.shape[1], picture.shape[0])) for c in chosen)
 
 
-def find_candidates(picture: NDArray[np.uint8], detector: Detector) -> list[Candidate]:
+def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candidate]:
     """Every outline of a picture with the primitives it might show.
 
     Parameters
     ----------
-    picture : ndarray of uint8, shape (H, W) or (H, W, 3)
-        Grey or BGR.
+    working : WorkingPicture
+        Picture.
     detector : Detector
         Edge detector.
 
     Returns
     -------
     list of Candidate
-        In picture coordinates, px.
+        In working coordinates, px.
     """
-    import cv2
-
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    height, width = grey.shape
-    scale = float(np.clip(WORKING_SIDE_PX / min(height, width), 1.0, 4.0))
-    scale = min(scale, float(np.sqrt(WORKING_PIXELS / (height * width))))
-    if scale != 1:
-        how = cv2.INTER_LINEAR if scale > 1 else cv2.INTER_AREA
-        grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
-    pad = 8
-    grey = cv2.copyMakeBorder(grey, pad, pad, pad, pad, cv2.BORDER_REPLICATE)
-    chains = detector(np.ascontiguousarray(grey, dtype=np.uint8))
-    found: list[Candidate] = []
-    for chain in chains:
-        if len(chain) < 24:
-            continue
-        outline = outline_of(link_chain(chain))
-        if outline is not None:
-            found.append(_candidate(outline))
-    return found
+    chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
+    outlines = [_outline(c) for c in chains]
+    outlines += [outline_of(outer_link_list(group)) for group in clusters(chains)]
+    return [candidate_of(o, working.scale) for o in outlines if o is not None]
 
 
-def _candidate(outline: Outline) -> Candidate:
-    proposals = (propose(outline) for propose in PRIMITIVES.values())
-    hypotheses = tuple(sorted((h for h in proposals if h is not None), key=lambda h: -h.belief))
-    return Candidate(outline, hypotheses, hypotheses[0].belief if hypotheses else 0.0)
+def _outline(chain: Chain) -> Outline | None:
+    """Outline of one chain; its outer side only where it runs along both sides of a stroke."""
+    outline = outline_of(link_chain(chain))
+    if outline is not None and len(chain) > 1.3 * perimeter(outline.hull):
+        return outline_of(outer_link_list((chain,)))
+    return outline
 
 
-def _seen(candidate: Candidate, kb: KnowledgeBase, width: int, height: int) -> SeenObject:
-    hypotheses = candidate.hypotheses
+def _seen(
+    candidate: Candidate, working: WorkingPicture, kb: KnowledgeBase, size: tuple[int, int]
+) -> SeenObject:
+    hypotheses = tuple(working.hypothesis(h) for h in candidate.hypotheses)
     evidence = shape_evidence({h.kind: h.belief for h in hypotheses})
-    edges = hypotheses[0].edges or split_at_corners(candidate.outline.links)
-    low = np.clip(np.floor(candidate.box[:2]), 0, [width - 1, height - 1]).astype(int)
-    high = np.clip(np.ceil(candidate.box[2:]) + 1, low + 1, [width, height]).astype(int)
-    box = (int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
-    return SeenObject(box, edges, hypotheses, evidence, classify(evidence, kb))
+    edges = candidate.hypotheses[0].edges or split_at_corners(candidate.outline.links)
+    box = _pixel_box(working.point(candidate.box.reshape(2, 2)), size)
+    return SeenObject(
+        box, tuple(working.edge(e) for e in edges), hypotheses, evidence, classify(evidence, kb)
+    )
+
+
+def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Whole pixels x, y, width, height that the upper left and lower right corner span, inside the picture."""
+    x0, y0 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[0], size, strict=True))
+    x1, y1 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[1], size, strict=True))
+    return x0, y0, x1 - x0 + 1, y1 - y0 + 1

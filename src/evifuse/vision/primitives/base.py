@@ -12,7 +12,7 @@ from evifuse.vision.link import LinkList
 
 __all__ = ["Agreement", "Geometry", "Hypothesis", "Outline", "agreement", "outline_of"]
 
-RESIDUAL_PER_SIZE = 0.03
+RESIDUAL_PER_SIZE = 0.02
 """Deviation from a primitive that halves the trust in it, as a share of the outline's width (our own)."""
 
 RESIDUAL_PX = 0.7
@@ -62,6 +62,10 @@ class Hypothesis:
         Where it lies, px and radians.
     shape : ndarray of float64, shape (K, 2)
         Its own outline as a polygon, px.
+    deviation : float
+        How far the outline strays from it, px.
+    curved : bool
+        Whether it is an arc rather than a polygon.
     edges : tuple of FittedEdge
         Fitted edges it is made of; empty for curved primitives.
     terms : dict of str to float
@@ -72,6 +76,8 @@ class Hypothesis:
     belief: float
     geometry: Geometry
     shape: NDArray[np.float64]
+    deviation: float
+    curved: bool = False
     edges: tuple[FittedEdge, ...] = ()
     terms: dict[str, float] = field(default_factory=dict[str, float])
 
@@ -90,12 +96,15 @@ class Agreement:
         Share of the primitive that has points of the outline near it.
     opening : float
         Longest run of the primitive without points near it, as a share of it.
+    deviation : float
+        Root mean square deviation of all points, each at most four tolerances, px.
     """
 
     fit: float
     explained: float
     coverage: float
     opening: float
+    deviation: float
 
 
 def outline_of(links: LinkList) -> Outline | None:
@@ -159,6 +168,7 @@ def agreement(outline: Outline, shape: NDArray[np.float64]) -> Agreement:
         explained=float((distance <= reach).mean()),
         coverage=float(seen.mean()),
         opening=_longest_run(~seen) / len(seen),
+        deviation=float(np.sqrt((np.minimum(distance, 4 * outline.tolerance) ** 2).mean())),
     )
 
 

@@ -58,6 +58,8 @@ def propose(outline: Outline) -> Hypothesis | None:
             "angle_rad": ellipse.angle_rad,
         },
         shape=ellipse.polygon(),
+        deviation=match.deviation,
+        curved=True,
         terms={
             "fit": match.fit,
             "explained": match.explained,

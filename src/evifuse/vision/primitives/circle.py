@@ -49,6 +49,8 @@ def propose(outline: Outline) -> Hypothesis | None:
         belief=circle_belief(match, ratio),
         geometry={"centre": list(ellipse.centre), "radius": sum(ellipse.axes) / 4},
         shape=ellipse.polygon(),
+        deviation=match.deviation,
+        curved=True,
         terms={
             "fit": match.fit,
             "explained": match.explained,

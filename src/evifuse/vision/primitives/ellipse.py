@@ -139,5 +139,7 @@ def propose(outline: Outline) -> Hypothesis | None:
             "angle_rad": ellipse.angle_rad,
         },
         shape=ellipse.polygon(),
+        deviation=match.deviation,
+        curved=True,
         terms={"fit": match.fit, "explained": match.explained, "coverage": match.coverage},
     )

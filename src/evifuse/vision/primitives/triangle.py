@@ -71,6 +71,7 @@ def propose(outline: Outline) -> Hypothesis | None:
         belief=float(np.prod(list(terms.values()))),
         geometry={"corners": corners.tolist()},
         shape=corners,
+        deviation=match.deviation,
         edges=tuple(e for e in sides if e is not None),
         terms=terms,
     )

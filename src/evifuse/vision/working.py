@@ -1,0 +1,116 @@
+"""The copy of a picture that edges are detected in, and the way back to the picture's own pixels."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.vision.fit import FittedEdge
+from evifuse.vision.primitives import Geometry, Hypothesis
+
+__all__ = ["WorkingPicture", "working_picture"]
+
+SHORT_SIDE_PX = 240
+"""Pictures with a shorter side are enlarged, up to four times (our own)."""
+
+MAX_PIXELS = 4_000_000
+"""Pictures with more pixels are reduced (our own)."""
+
+MARGIN_PX = 8
+"""The picture is continued by so much on every side, so that outlines near its border are whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class WorkingPicture:
+    """A grey picture in working pixels.
+
+    Parameters
+    ----------
+    grey : ndarray of uint8, shape (H, W)
+        With the margin.
+    scale : float
+        Working pixels per pixel of the picture.
+    """
+
+    grey: NDArray[np.uint8]
+    scale: float
+
+    def point(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Working coordinates as picture coordinates.
+
+        Parameters
+        ----------
+        points : ndarray of float64, shape (..., 2)
+            Working (x, y), px.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 2)
+            Picture (x, y), px; pixel centres are whole numbers in both.
+        """
+        return (points - MARGIN_PX + 0.5) / self.scale - 0.5
+
+    def edge(self, edge: FittedEdge) -> FittedEdge:
+        """Move a fitted edge to picture coordinates.
+
+        Parameters
+        ----------
+        edge : FittedEdge
+            In working coordinates.
+
+        Returns
+        -------
+        FittedEdge
+            In picture coordinates, with the same belief.
+        """
+        return FittedEdge(self.point(edge.start), self.point(edge.end), edge.belief)
+
+    def hypothesis(self, found: Hypothesis) -> Hypothesis:
+        """Move a hypothesis to picture coordinates.
+
+        Parameters
+        ----------
+        found : Hypothesis
+            In working coordinates.
+
+        Returns
+        -------
+        Hypothesis
+            In picture coordinates, with the same belief.
+        """
+        geometry: Geometry = {}
+        for name, value in found.geometry.items():
+            if name in ("corners", "centre"):
+                geometry[name] = self.point(np.asarray(value, np.float64)).tolist()
+            elif name in ("axes", "radius"):
+                geometry[name] = (np.asarray(value, np.float64) / self.scale).tolist()
+            else:
+                geometry[name] = value
+        edges = tuple(self.edge(e) for e in found.edges)
+        return replace(found, geometry=geometry, shape=self.point(found.shape), edges=edges)
+
+
+def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
+    """Prepare a picture for edge detection.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (H, W) or (H, W, 3)
+        Grey or BGR.
+
+    Returns
+    -------
+    WorkingPicture
+        Grey, enlarged or reduced, with a margin, C-contiguous.
+    """
+    import cv2
+
+    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    height, width = grey.shape
+    scale = float(np.clip(SHORT_SIDE_PX / min(height, width), 1.0, 4.0))
+    scale = min(scale, float(np.sqrt(MAX_PIXELS / (height * width))))
+    if scale != 1:
+        how = cv2.INTER_LINEAR if scale > 1 else cv2.INTER_AREA
+        grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
+    grey = cv2.copyMakeBorder(grey, *[MARGIN_PX] * 4, cv2.BORDER_REPLICATE)
+    return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale)
