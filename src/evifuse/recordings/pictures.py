@@ -1,0 +1,132 @@
+"""The picture of a recording and the camera that took it."""
+
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.errors import ImageError, RecordingError
+from evifuse.recordings import messages
+from evifuse.recordings.checks import finite, unit
+from evifuse.recordings.headers import declared_size, is_truncated
+from evifuse.recordings.images import MAX_PIXELS, as_image
+from evifuse.recordings.mcap_reader import Topic
+from evifuse.recordings.recording import Camera
+
+__all__ = ["DISTORTION_MODELS", "picture"]
+
+DISTORTION_MODELS = ("plumb_bob", "rational_polynomial")
+"""Lens models of ``CameraInfo`` whose distortion is removed from the picture when it is read."""
+
+
+def picture(topics: dict[str, Topic], name: str) -> tuple[NDArray[np.uint8] | None, Camera | None]:
+    """First picture of a recording, free of lens distortion, and its camera.
+
+    Parameters
+    ----------
+    topics : dict of str to Topic
+        Raw messages by topic.
+    name : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    image : ndarray of uint8, shape (H, W) or (H, W, 3), or None
+        Grey or BGR picture; None if there is none.
+    camera : Camera or None
+        The camera; None if intrinsics or pose are not in the file.
+
+    Raises
+    ------
+    RecordingError
+        If a message is broken, the lens model is unknown, or the camera's size is not the picture's.
+    """
+    images = _decoded(topics, messages.IMAGE, name)
+    infos = _decoded(topics, messages.CAMERA_INFO, name)
+    if not images:
+        return None, None
+    image = _image(images[0], name)
+    if not infos:
+        return image, None
+    info = infos[0]
+    height, width = image.shape[:2]
+    if (info.width, info.height) != (width, height):
+        raise RecordingError(
+            f"{name}: {messages.CAMERA_INFO} is for {info.width}x{info.height} px, but the picture has "
+            f"{width}x{height} px: record the camera's own calibration"
+        )
+    matrix = _intrinsics(info, name)
+    image = _undistorted(image, matrix, info, name)
+    poses = _decoded(topics, messages.CAMERA_POSE, name)
+    if not poses:
+        return image, None
+    taken = _time(images[0])
+    pose = min(poses, key=lambda message: abs(_time(message) - taken)).pose
+    p, q = pose.position, pose.orientation
+    position = finite([p.x, p.y, p.z], messages.CAMERA_POSE, (3,), name)
+    orientation = finite([[q.x, q.y, q.z, q.w]], messages.CAMERA_POSE, (1, 4), name)
+    orientation = unit(orientation, "camera orientation", name)[0]
+    return image, Camera(width, height, matrix, position, orientation)
+
+
+def _decoded(topics: dict[str, Topic], key: str, name: str) -> list[Any]:
+    return topics[key].decoded(name) if key in topics else []
+
+
+def _time(message: Any) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def _image(message: Any, name: str) -> NDArray[np.uint8]:
+    import cv2
+
+    where = f"{name}: the picture on {messages.IMAGE}"
+    data = np.ascontiguousarray(message.data, dtype=np.uint8)
+    content = data.tobytes()
+    width, height = declared_size(content) or (0, 0)
+    if width * height > MAX_PIXELS:
+        raise RecordingError(
+            f"{where} is {width} x {height} px: scale it down to {MAX_PIXELS:,} pixels or less"
+        )
+    decoded = None
+    if content and not is_truncated(content):
+        with suppress(cv2.error):
+            decoded = cv2.imdecode(data, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+    if decoded is None:  # pyright: ignore[reportUnnecessaryComparison]
+        raise RecordingError(f"{where} is broken or not PNG or JPEG: record it again")
+    try:
+        return as_image(decoded, where)
+    except ImageError as error:
+        raise RecordingError(str(error)) from error
+
+
+def _intrinsics(info: Any, name: str) -> NDArray[np.float64]:
+    matrix = finite(info.k, f"matrix k of {messages.CAMERA_INFO}", (9,), name).reshape(3, 3)
+    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and abs(matrix[2, 2] - 1) < 1e-9):
+        raise RecordingError(
+            f"{name}: matrix k of {messages.CAMERA_INFO} is not that of a calibrated camera: calibrate it"
+        )
+    return matrix
+
+
+def _undistorted(
+    image: NDArray[np.uint8], matrix: NDArray[np.float64], info: Any, name: str
+) -> NDArray[np.uint8]:
+    if not np.any(info.d):
+        return image
+    if info.distortion_model not in DISTORTION_MODELS:
+        raise RecordingError(
+            f"{name}: lens model {info.distortion_model!r} of {messages.CAMERA_INFO} is not known: "
+            f"rectify the picture first, or use one of {', '.join(DISTORTION_MODELS)}"
+        )
+    import cv2
+
+    coefficients = finite(info.d, f"lens coefficients of {messages.CAMERA_INFO}", (len(info.d),), name)
+    try:
+        return cv2.undistort(image, matrix, coefficients).astype(np.uint8)
+    except cv2.error as error:
+        raise RecordingError(
+            f"{name}: {len(info.d)} lens coefficients of {messages.CAMERA_INFO} do not fit the model "
+            f"{info.distortion_model!r}: calibrate again"
+        ) from error

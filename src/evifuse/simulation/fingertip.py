@@ -1,0 +1,117 @@
+"""The simulated fingertip: where its taxels are and what they read."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings import rotation
+from evifuse.recordings.recording import Fingertip
+from evifuse.simulation.surfaces import Surface
+
+__all__ = ["Skin", "grid_fingertip", "pressures"]
+
+
+@dataclass(frozen=True)
+class Skin:
+    """An elastic layer over the rigid fingertip (our own model: a bed of independent springs).
+
+    Parameters
+    ----------
+    stiffness_pa_per_m : float
+        Pressure per penetration depth. With 3e9 Pa/m a 10 mm fingertip that is pressed 0.15 mm deep into a
+        plane carries about 2 N.
+    spread_m : float
+        Standard deviation of the Gaussian point spread function between taxels, metres; 0 for none.
+    """
+
+    stiffness_pa_per_m: float = 3e9
+    spread_m: float = 0.35e-3
+
+
+def grid_fingertip(
+    radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: float = np.deg2rad(40)
+) -> Fingertip:
+    """A spherical fingertip with a nearly square grid of taxels around its pole.
+
+    The grid is square in the azimuthal equidistant projection, so arcs from the pole keep their length.
+
+    Parameters
+    ----------
+    radius_m : float
+        Radius of the sphere, metres.
+    pitch_m : float
+        Distance between neighbours, metres.
+    cap_rad : float
+        Angle between the pole (-z of the fingertip frame) and the outermost taxels, radians.
+
+    Returns
+    -------
+    Fingertip
+        The taxels, row by row.
+    """
+    count = int(radius_m * cap_rad / pitch_m)
+    steps = np.arange(-count, count + 1) * pitch_m
+    x, y = (axis.ravel() for axis in np.meshgrid(steps, steps))
+    arc = np.hypot(x, y)
+    x, y, arc = (values[arc <= radius_m * cap_rad * (1 + 1e-9)] for values in (x, y, arc))
+    angle = arc / radius_m
+    scale = np.sinc(angle / np.pi) / radius_m
+    normals = np.stack([x * scale, y * scale, -np.cos(angle)], axis=-1)
+    return Fingertip(radius_m, radius_m * normals, normals)
+
+
+def pressures(
+    fingertip: Fingertip,
+    skin: Skin,
+    surface: Surface,
+    position_m: NDArray[np.float64],
+    orientation_xyzw: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """What the taxels read at given poses.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        N taxels.
+    skin : Skin
+        Stiffness and point spread.
+    surface : Surface
+        What the fingertip is pressed into.
+    position_m : ndarray of float64, shape (T, 3)
+        Centres of the fingertip in the world frame, metres.
+    orientation_xyzw : ndarray of float64, shape (T, 4)
+        Orientations of the fingertip in the world frame.
+
+    Returns
+    -------
+    ndarray of float64, shape (T, N)
+        Pressures, Pa; exactly 0 far from the contact.
+    """
+    radius = fingertip.radius_m
+    values = np.zeros((len(position_m), len(fingertip.positions_m)))
+    nearest, normals = surface.nearest(position_m)
+    height = np.einsum("ij,ij->i", position_m - nearest, normals)
+    touching = np.flatnonzero(height < radius)
+    if not len(touching):
+        return values
+    turned = rotation.to_matrix(orientation_xyzw[touching])
+    down = np.einsum("tji,tj->ti", turned, normals[touching])
+    over_tangent = height[touching, None] + down @ fingertip.positions_m.T
+    close = over_tangent < 0.03 * radius
+    sample, taxel = np.nonzero(close)
+    moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
+    points = position_m[touching[sample]] + moved
+    depth = np.maximum(0.0, -surface.distance(points))
+    values[touching[sample], taxel] = skin.stiffness_pa_per_m * depth
+    if skin.spread_m > 0:
+        values[touching] = values[touching] @ _spread(fingertip, skin.spread_m)
+    return values
+
+
+def _spread(fingertip: Fingertip, spread_m: float) -> NDArray[np.float64]:
+    """Point spread matrix: what one loaded taxel adds to each other; every row sums to 1."""
+    apart = fingertip.positions_m[:, None] - fingertip.positions_m[None]
+    weight = np.exp(-np.sum(apart**2, axis=-1) / (2 * spread_m**2))
+    weight[weight < 1e-6] = 0.0
+    return weight / weight.sum(axis=1, keepdims=True)

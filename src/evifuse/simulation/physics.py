@@ -1,0 +1,151 @@
+"""One fingertip in MuJoCo: a free sphere that is pressed on a surface and rolled by its joint.
+
+The surface takes part in the physics as a plane that is moved to the surface's nearest point before every
+step, so there is exactly one contact and its normal is exact, whatever the shape. Friction alone makes the
+finger travel.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.errors import MissingExtraError
+from evifuse.simulation.surfaces import Surface
+
+__all__ = ["FingerWorld", "load_mujoco"]
+
+MASS_KG = 0.02
+PRESS_N = 2.0
+"""Force with which the arm presses the finger along the surface normal."""
+COVER_M = 0.15e-3
+"""How deep that force presses the taxels into the surface.
+
+The contact is as stiff as it takes for the rolling radius under load to be the fingertip's nominal one, which
+is what a calibration by rolling on a plane gives: the sphere of MuJoCo is larger than that by this much, is
+pressed in by twice as much, and MuJoCo applies the friction half way.
+"""
+JOINT_LAG_S = 0.005
+"""Time constant with which the joint follows its commanded speed."""
+
+_WORLD = """
+<mujoco>
+  <option timestep="{timestep}" gravity="0 0 0" cone="elliptic" impratio="20" integrator="implicitfast"/>
+  <default>
+    <geom condim="4" friction="1.2 0.005 0" solref="{lag} 1" solimp="0.9 0.9 0.001"/>
+  </default>
+  <worldbody>
+    <body name="surface" mocap="true"><geom type="plane" size="1 1 1"/></body>
+    <body name="finger"><freejoint/><geom type="sphere" size="{radius}" mass="{mass}"/></body>
+  </worldbody>
+</mujoco>
+"""
+_FINGER = 2  # number of the finger's body; 0 is the world, 1 the surface
+_CONTACT_LAG_S = 0.00548  # with the mass and force above, a penetration of twice the cover
+
+
+def load_mujoco() -> Any:
+    """Import MuJoCo.
+
+    Returns
+    -------
+    module
+        ``mujoco``.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise MissingExtraError(
+            "simulation needs MuJoCo, which is not installed: pip install 'evifuse[simulation]'"
+        ) from error
+    return mujoco
+
+
+class FingerWorld:
+    """A MuJoCo world with one surface and one fingertip.
+
+    Parameters
+    ----------
+    surface : Surface
+        What the fingertip touches.
+    radius_m : float
+        Radius of the fingertip, metres.
+    timestep_s : float
+        Length of a physics step, seconds.
+    """
+
+    def __init__(self, surface: Surface, radius_m: float, timestep_s: float) -> None:
+        self._mujoco = load_mujoco()
+        text = _WORLD.format(timestep=timestep_s, radius=radius_m + COVER_M, mass=MASS_KG, lag=_CONTACT_LAG_S)
+        self._model = self._mujoco.MjModel.from_xml_string(text)
+        self._data = self._mujoco.MjData(self._model)
+        self._surface = surface
+        inertia = 1.4 * MASS_KG * radius_m**2  # of a ball that rolls about its contact point
+        self._joint_gain = inertia / JOINT_LAG_S
+
+    def place(self, position_m: NDArray[np.float64], orientation_xyzw: NDArray[np.float64]) -> None:
+        """Put the finger somewhere, at rest.
+
+        Parameters
+        ----------
+        position_m : ndarray of float64, shape (3,)
+            Centre of the fingertip, world frame, metres.
+        orientation_xyzw : ndarray of float64, shape (4,)
+            Its orientation.
+        """
+        self._data.qpos[:3] = position_m
+        self._data.qpos[3:7] = np.roll(orientation_xyzw, 1)
+        self._data.qvel[:] = 0.0
+        self._mujoco.mj_kinematics(self._model, self._data)
+
+    @property
+    def position_m(self) -> NDArray[np.float64]:
+        """Centre of the fingertip, world frame, metres, shape (3,)."""
+        return self._data.qpos[:3].copy()
+
+    @property
+    def orientation_xyzw(self) -> NDArray[np.float64]:
+        """Orientation of the fingertip in the world frame, shape (4,)."""
+        return self._data.qpos[[4, 5, 6, 3]]
+
+    def step(self, binormal: NDArray[np.float64], speed_rad_per_s: float) -> None:
+        """Press and roll for one physics step.
+
+        Parameters
+        ----------
+        binormal : ndarray of float64, shape (3,)
+            Unit normal of the vertical plane in which the finger is to roll, world frame: surface normal at
+            the site x commanded direction.
+        speed_rad_per_s : float
+            Commanded speed of the joint.
+        """
+        data = self._data
+        nearest, normals = self._surface.nearest(data.qpos[None, :3])
+        normal = normals[0]
+        data.mocap_pos[0] = nearest[0]
+        data.mocap_quat[0] = _from_z_to(normal)
+        axis = _cross(normal, _cross(binormal, normal))
+        axis *= speed_rad_per_s / math.sqrt(axis @ axis)
+        turning = data.xmat[_FINGER].reshape(3, 3) @ data.qvel[3:6]
+        data.xfrc_applied[_FINGER, :3] = -PRESS_N * normal
+        data.xfrc_applied[_FINGER, 3:] = self._joint_gain * (axis - turning)
+        self._mujoco.mj_step(self._model, data)
+
+
+def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cross product of two 3-vectors; `numpy.cross` costs five times as much for a single pair."""
+    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
+def _from_z_to(normal: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """Shortest rotation from +z to a unit vector that does not point straight down, MuJoCo's ``wxyz``."""
+    x, y, z = normal.tolist()
+    scale = (2.0 * (1.0 + z)) ** 0.5
+    return scale / 2, -y / scale, x / scale, 0.0
