@@ -1,1 +1,59 @@
-"""evifuse touch."""
+"""The logical curvature sensor: a rolled finger in, belief over curvature primitives out (section 4)."""
+
+from evifuse.touch.contact import ContactTrack, contact_track
+from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
+from evifuse.touch.fingertip import nearest_taxels, spherical_fingertip, taxel_coverage, taxel_pitch_m
+from evifuse.touch.missing import MissedSite, missed_sites
+from evifuse.touch.primitives import (
+    CURVATURE_FRAME,
+    NO_CONTACT,
+    PRIMITIVES,
+    curvature_threshold_per_m,
+    evidence_from_sites,
+    primitive_beliefs,
+    site_evidence,
+    table_3_marks,
+)
+from evifuse.touch.rolling import ContactSite, find_sites
+from evifuse.touch.sensor import FeltSite, FeltSurface, LocalCurvature, sense_curvature
+from evifuse.touch.smearing import (
+    BELIEF_MODELS,
+    chapter_belief,
+    class_probabilities,
+    resolved_belief,
+    smearing_discount,
+)
+
+__all__ = [
+    "BELIEF_MODELS",
+    "CURVATURE_FRAME",
+    "NO_CONTACT",
+    "PRIMITIVES",
+    "ContactSite",
+    "ContactTrack",
+    "FeltSite",
+    "FeltSurface",
+    "LocalCurvature",
+    "MissedSite",
+    "RollCurvature",
+    "ShapeOperator",
+    "chapter_belief",
+    "class_probabilities",
+    "contact_track",
+    "curvature_threshold_per_m",
+    "evidence_from_sites",
+    "find_sites",
+    "measure_roll",
+    "missed_sites",
+    "nearest_taxels",
+    "primitive_beliefs",
+    "resolved_belief",
+    "sense_curvature",
+    "shape_operator",
+    "site_evidence",
+    "smearing_discount",
+    "spherical_fingertip",
+    "table_3_marks",
+    "taxel_coverage",
+    "taxel_pitch_m",
+]

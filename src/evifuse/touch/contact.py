@@ -68,9 +68,9 @@ def rotate(quaternion_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -
 def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
     """Standard deviation of the taxels' noise, from the data alone.
 
-    Most taxels are out of contact most of the time, so the middle of all readings is noise. Its spread is taken
-    on both sides of the median, as a sensor may cut off at zero, and scaled to a normal distribution (our own
-    choice of estimator).
+    Most taxels are out of contact most of the time, so the middle of all readings is noise. Its spread is
+    taken on both sides of the median, as a sensor may cut off at zero, and scaled to a normal distribution
+    (our own choice of estimator).
 
     Parameters
     ----------
@@ -91,9 +91,10 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     """Find the contact in every sample of a recording.
 
     The contact's direction is the mean of the taxel normals, weighted by the square of the pressure above a
-    threshold of four standard deviations of the noise: the square fades out towards the rim of the patch, where
-    taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample counts as contact
-    when its peak exceeds eight of them, a fiftieth of the recording's peak, and `CONTACT_FLOOR_PA` (all our own).
+    threshold of four standard deviations of the noise: the square fades out towards the rim of the patch,
+    where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample counts as
+    contact when its peak exceeds eight of them, a fiftieth of the recording's peak, and `CONTACT_FLOOR_PA`
+    (all our own).
 
     Parameters
     ----------

@@ -1,11 +1,13 @@
 """From rolls to curvature: the local curvature along each roll, and the shape operator of each site.
 
-Rolling without slip turns the fingertip by dpsi/ds = 1/a - K per unit of contact path, so K_cone = -dpsi/ds and
-K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three things are measured beside the chapter:
+Rolling without slip turns the fingertip by dpsi/ds = 1/a - K per unit of contact path, so K_cone = -dpsi/ds
+and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three things go beyond the chapter:
 
-- the contact path, p = c - a n, from the pose (c) and the pressures (n), so that the direction is the travelled one;
-- slip: the centre's path is a times the turn that was really rolled, so the turn that slipped is left out;
-- the component across the path. With g = -dn/ds_c along the centre's path, g = S_c t_c holds as a vector, where
+- The direction is the travelled one, on the measured contact path p = c - a n (c from the pose, n from the
+  pressures).
+- Slip is measured. The centre's path is a times the turn that was really rolled; the turn that slipped is left
+  out, so that K_cone = -(1 - slip) dpsi/ds.
+- The path may bend sideways. With g = -dn/ds_c along the centre's path, g = S_c t_c holds as a vector, where
   S_c is the shape operator of the path's own surface, at distance a from the touched one. S_c is fitted over all
   rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
 """
@@ -217,7 +219,7 @@ def _blocks(rows: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64]
 
 
 def _arc_length(path: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Arc length (B,) of a path (B, 3) along its first axis, 0 next to the origin, and its slope dy/dx there."""
+    """Arc length (B,) of a path (B, 3), 0 next to the origin, and the path's slope dy/dx there."""
     x = path[:, 0]
     order = min(3, len(x) - 1)
     lateral = np.polynomial.Polynomial.fit(x, path[:, 1], order, w=weight).deriv()
@@ -234,8 +236,8 @@ def _rate(
 ) -> tuple[float, float]:
     """Derivative of the values at arc 0, and its standard error.
 
-    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that changes
-    along the roll then doesn't pull the value at the site.
+    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that
+    changes along the roll then doesn't pull the value at the site.
     """
     scale = float(np.abs(arc).max())
     count = len(arc)

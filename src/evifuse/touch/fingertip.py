@@ -102,8 +102,8 @@ def taxel_coverage(
 ) -> NDArray[np.float64]:
     """How completely the array surrounds a contact: 1 in its middle, about a half on its edge.
 
-    A patch of pressure that hangs over the edge of the array has a biased centre, so a contact there is not used
-    to measure curvature (our own).
+    A patch of pressure that hangs over the edge of the array has a biased centre, so a contact there is not
+    used to measure curvature (our own).
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Which parts of a recording are rolls, and which rolls belong to the same site: from the data alone.
 
-All of it is our own: the chapter takes the sites and the meridian planes as commanded, here they are measured.
+All of it is our own: the chapter takes the sites and the meridian planes as commanded, here they are
+measured.
 """
 
 from dataclasses import dataclass
@@ -198,7 +199,7 @@ def _middle(recording: TouchRecording, roll: NDArray[np.int64]) -> NDArray[np.fl
 
 
 def _site(recording: TouchRecording, track: ContactTrack, rolls: list[NDArray[np.int64]]) -> ContactSite:
-    """Where the rolls cross: least squares over their lines, drawn to their middles where that is undecided."""
+    """Where the rolls cross: least squares over their lines, their middles where that is undecided."""
     middles = np.array([_middle(recording, roll) for roll in rolls])
     mean = middles.mean(axis=0)
     system, target = 0.05 * np.eye(3), np.zeros(3)

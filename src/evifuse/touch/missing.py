@@ -1,0 +1,132 @@
+"""Sites without contact: where the finger went through the place of a surface and met nothing (our own)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.curvature import ShapeOperator
+from evifuse.touch.rolling import ContactSite, contact_intervals, tangents
+
+__all__ = ["MissedSite", "missed_sites"]
+
+CLEARLY_BELOW = 0.2
+"""How far below the expected surface the finger must go, as a share of its radius."""
+REACH = 10.0
+"""How far from a touched site its surface is expected to go on, in radii of the fingertip."""
+UNREFERENCED_BELIEF = 0.8
+"""Belief in no contact when nothing was touched at all: there was no surface to measure the depth from."""
+
+
+@dataclass(frozen=True)
+class MissedSite:
+    """A place where a surface was expected and none was met.
+
+    Parameters
+    ----------
+    position_m : ndarray of float64, shape (3,)
+        Point of the expected surface, world frame, metres; where the fingertip was lowest if nothing was
+        touched.
+    normal : ndarray of float64, shape (3,)
+        Its expected outward unit normal, world frame.
+    depth_m : float or None
+        How far below it the fingertip went, metres; None if nothing was touched.
+    belief : float
+        Belief that there is no surface: ``1 - exp(-depth / (0.2 a))``, or 0.8 if nothing was touched.
+    first_sample : int
+        First sample at which the fingertip was below.
+    """
+
+    position_m: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    depth_m: float | None
+    belief: float
+    first_sample: int
+
+
+def missed_sites(
+    recording: TouchRecording,
+    touching: NDArray[np.bool_],
+    sites: list[ContactSite],
+    operators: list[ShapeOperator | None],
+) -> list[MissedSite]:
+    """Find the sites without contact.
+
+    A lift between rolls stays above the surface. A site was missed where the finger, without contact, stayed
+    for 20 ms or more clearly below both the tangent plane and the fitted surface of every touched site within
+    reach.
+
+    Parameters
+    ----------
+    recording : TouchRecording
+        T samples.
+    touching : ndarray of bool, shape (T,)
+        Whether there is contact.
+    sites : list of ContactSite
+        The touched sites.
+    operators : list of ShapeOperator or None
+        Curvature of each, where it is known.
+
+    Returns
+    -------
+    list of MissedSite
+        In order of time. Without any contact, one: the whole recording.
+    """
+    radius = recording.fingertip.radius_m
+    if not sites:
+        lowest = int(np.argmin(recording.position_m[:, 2]))
+        up = np.array([0.0, 0.0, 1.0])
+        return [MissedSite(recording.position_m[lowest] - radius * up, up, None, UNREFERENCED_BELIEF, lowest)]
+    depths = np.stack(
+        [_depth(recording, site, shape) for site, shape in zip(sites, operators, strict=True)], axis=1
+    )
+    nearest = np.argmin(depths, axis=1)
+    depth = depths[np.arange(len(depths)), nearest]
+    below = ~touching & np.isfinite(depth) & (depth > CLEARLY_BELOW * radius)
+    missed: list[MissedSite] = []
+    for start, stop in contact_intervals(below, recording.time_ns):
+        if _interrupted(touching[start:stop], recording.time_ns[start:stop]):
+            continue
+        samples = start + np.flatnonzero(below[start:stop])
+        normal = sites[int(nearest[samples[np.argmax(depth[samples])]])].normal
+        surface = recording.position_m[samples] + (depth[samples, None] - radius) * normal
+        deepest = float(depth[samples].max())
+        belief = float(1 - np.exp(-deepest / (CLEARLY_BELOW * radius)))
+        missed.append(MissedSite(np.median(surface, axis=0), normal, deepest, belief, start))
+    return _merged(missed, radius)
+
+
+def _depth(recording: TouchRecording, site: ContactSite, shape: ShapeOperator | None) -> NDArray[np.float64]:
+    """Depth (T,) of the sphere below where a site's surface would hold it, metres; infinite out of reach."""
+    radius = recording.fingertip.radius_m
+    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
+    place = (recording.position_m - site.centre_m) @ frame
+    expected = np.zeros(len(place))
+    if shape is not None:
+        turn = shape.k1_direction_rad
+        first = place[:, 0] * np.cos(turn) + place[:, 1] * np.sin(turn)
+        second = place[:, 1] * np.cos(turn) - place[:, 0] * np.sin(turn)
+        k1, k2 = (k / (1 - radius * min(k, 0.0)) for k in (shape.k1_per_m, shape.k2_per_m))
+        expected = np.minimum(0.5 * (k1 * first**2 + k2 * second**2), 0.0)
+    within = np.hypot(place[:, 0], place[:, 1]) <= REACH * radius
+    return np.where(within, expected - place[:, 2], np.inf)
+
+
+def _interrupted(touching: NDArray[np.bool_], time_ns: NDArray[np.int64]) -> bool:
+    """Whether the finger met something on the way after all."""
+    return bool(contact_intervals(touching, time_ns)) or bool(touching.mean() > 0.5)
+
+
+def _merged(missed: list[MissedSite], radius_m: float) -> list[MissedSite]:
+    """Passes through the same place are one site, with the depth of the deepest."""
+    kept: list[MissedSite] = []
+    for site in missed:
+        near = [k for k in kept if np.linalg.norm(k.position_m - site.position_m) < radius_m]
+        if not near:
+            kept.append(site)
+        elif (site.depth_m or 0.0) > (near[0].depth_m or 0.0):
+            position, first = near[0].position_m, near[0].first_sample
+            deeper = MissedSite(position, site.normal, site.depth_m, site.belief, first)
+            kept = [deeper if k is near[0] else k for k in kept]
+    return kept
