@@ -42,7 +42,8 @@ class TouchRecording:
     orientation_xyzw : ndarray of float64, shape (T, 4)
         Unit quaternion that turns fingertip coordinates into world coordinates.
     joint_angle_rad : ndarray of float64, shape (T,)
-        Angle by which the distal joint has rolled the fingertip, radians, positive in the direction of travel.
+        Angle by which the distal joint has rolled the fingertip, radians, positive in the direction of
+        travel.
     pressure_pa : ndarray of float64, shape (T, N)
         Normal pressure on each taxel, pascals.
     name : str
@@ -73,7 +74,8 @@ class Camera:
     position_m : ndarray of float64, shape (3,)
         Optical centre in the world frame, metres.
     orientation_xyzw : ndarray of float64, shape (4,)
-        Unit quaternion that turns optical-frame coordinates (x right, y down, z forward) into world coordinates.
+        Unit quaternion that turns optical-frame coordinates (x right, y down, z forward) into world
+        coordinates.
     """
 
     width: int

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Scene, TouchRecording
+from evifuse.simulation.camera import photograph
 from evifuse.simulation.fingertip import Skin, grid_fingertip, pressures
 from evifuse.simulation.rolling import Motion, Procedure, roll_finger
 from evifuse.simulation.surfaces import Surface, surface
@@ -156,10 +157,11 @@ def simulate(
     noise = noise or Noise()
     sites = sites or kind.sites
     _check(kind, fingertip_radius_m, rate_hz, sites)
-    generator = np.random.default_rng(seed)
+    for_touch, for_picture = np.random.default_rng(seed).spawn(2)
     motion = roll_finger(kind, fingertip_radius_m, sites, procedure, rate_hz)
-    touch = _record(kind, fingertip_radius_m, motion, rate_hz, noise, generator)
-    scene = Scene(None, None, touch, f"simulated {name}")
+    touch = _record(kind, fingertip_radius_m, motion, rate_hz, noise, for_touch)
+    image, camera = photograph(kind, noise.grey, for_picture) if picture else (None, None)
+    scene = Scene(image, camera, touch, f"simulated {name}")
     truths = tuple(_truth(kind, site) for site in sites)
     truth = Truth(kind, kind.category, truths, procedure.directions_rad, motion.phase)
     return SimulatedScene(scene, truth)

@@ -175,6 +175,7 @@ class _Round(Surface):
     radius_m: float = 0.03
     axes: ClassVar[Points]
     side: ClassVar[int]
+    reach: ClassVar[float] = 1.0  # how far from the axis the surface goes, over the radius
 
     def _from_centre(self, points: Points) -> tuple[Points, NDArray[np.float64]]:
         """Directions away from the centre or the axis, and the distances from it."""
@@ -190,7 +191,7 @@ class _Round(Surface):
     def above(self, x: float, y: float) -> Points | None:
         """See `Surface.above`."""
         across = np.hypot(*(np.array([x, y]) * self.axes[:2]))
-        if across >= self.radius_m:
+        if across >= self.reach * self.radius_m or abs(x) > getattr(self, "length_m", np.inf) / 2:
             return None
         return np.array([x, y, self.side * (np.sqrt(self.radius_m**2 - across**2) - self.radius_m)])
 
@@ -236,6 +237,7 @@ class Bowl(_Round):
     category: ClassVar[str] = "curved"
     axes: ClassVar[Points] = np.array([1.0, 1.0, 1.0])
     side: ClassVar[int] = -1
+    reach: ClassVar[float] = 0.9
 
     @property
     def sites(self) -> Sites:
@@ -281,6 +283,7 @@ class Trough(_Round):
     category: ClassVar[str] = "curved"
     axes: ClassVar[Points] = np.array([0.0, 1.0, 1.0])
     side: ClassVar[int] = -1
+    reach: ClassVar[float] = 0.75
 
     @property
     def sites(self) -> Sites:
