@@ -2,7 +2,7 @@
 
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
-from evifuse.touch.fingertip import nearest_taxels, spherical_fingertip, taxel_coverage, taxel_pitch_m
+from evifuse.touch.fingertip import spherical_fingertip, taxel_coverage, taxel_pitch_m
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.primitives import (
     CURVATURE_FRAME,
@@ -45,7 +45,6 @@ __all__ = [
     "find_sites",
     "measure_roll",
     "missed_sites",
-    "nearest_taxels",
     "primitive_beliefs",
     "resolved_belief",
     "sense_curvature",

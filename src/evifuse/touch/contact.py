@@ -107,7 +107,8 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
         Contact of each of the T samples.
     """
     tip, pressure = recording.fingertip, recording.pressure_pa
-    peak = pressure.max(axis=1)
+    strongest = np.argmax(pressure, axis=1)
+    peak = pressure[np.arange(len(pressure)), strongest]
     noise = noise_pa(pressure)
     threshold = max(4 * noise, 0.01 * float(np.percentile(peak, 99)), CONTACT_FLOOR_PA / 2)
     touching = peak > 2 * threshold
@@ -127,6 +128,6 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
         1.5 * taxel_pitch_m(tip) / tip.radius_m, 1.7 * float(np.median(spread_rad)) if len(rows) else 0.0
     )
     interior = np.zeros(len(peak), dtype=np.bool_)
-    interior[rows] = taxel_coverage(tip, direction[rows], reach) > 0.75
+    interior[rows] = taxel_coverage(tip, reach)[strongest[rows]] > 0.75
     point = recording.position_m - tip.radius_m * normal
     return ContactTrack(touching, interior, direction, normal, point, peak, threshold)

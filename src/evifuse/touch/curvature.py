@@ -5,11 +5,11 @@ and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three th
 
 - The direction is the travelled one, on the measured contact path p = c - a n (c from the pose, n from the
   pressures).
-- Slip is measured. The centre's path is a times the turn that was really rolled; the turn that slipped is left
-  out, so that K_cone = -(1 - slip) dpsi/ds.
+- Slip is measured. The centre's path is a times the turn that was really rolled; the turn that slipped is
+  left out, so that K_cone = -(1 - slip) dpsi/ds.
 - The path may bend sideways. With g = -dn/ds_c along the centre's path, g = S_c t_c holds as a vector, where
-  S_c is the shape operator of the path's own surface, at distance a from the touched one. S_c is fitted over all
-  rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
+  S_c is the shape operator of the path's own surface, at distance a from the touched one. S_c is fitted over
+  all rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
 """
 
 from dataclasses import dataclass
@@ -26,6 +26,8 @@ __all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator"]
 
 NARROWEST_RAD = 0.2
 """Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
+SYSTEMATIC = 0.001
+"""What averaging doesn't remove: a relative error of the contact's angle, from the spacing of the taxels."""
 SHARPEST = 0.05
 """Smallest 1 + a k of the offset surface that is believed: curvatures beyond -19 / a are cut off there."""
 
@@ -122,6 +124,7 @@ def measure_roll(
     arc, slope = _arc_length(rows[:, :3], weight)
     along, along_error = _rate(arc, rows[:, 3], weight)
     across, across_error = _rate(arc, rows[:, 4], weight)
+    along_error, across_error = np.hypot([along_error, across_error], SYSTEMATIC / radius).tolist()
     psi, _ = _rate(arc, rows[:, 5], weight)
     tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
     g = -(turn @ np.array([along, across]))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
 
-__all__ = ["nearest_taxels", "spherical_fingertip", "taxel_coverage", "taxel_pitch_m"]
+__all__ = ["spherical_fingertip", "taxel_coverage", "taxel_pitch_m"]
 
 
 def spherical_fingertip(radius_m: float = 0.010, pitch_m: float = 0.0007, cap_rad: float = 0.61) -> Fingertip:
@@ -79,28 +79,8 @@ def taxel_pitch_m(fingertip: Fingertip) -> float:
     return float(np.sqrt(max(float(np.median(distance.min(axis=1))), 0.0))) or fingertip.radius_m
 
 
-def nearest_taxels(fingertip: Fingertip, directions: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Taxel whose normal is closest to each direction.
-
-    Parameters
-    ----------
-    fingertip : Fingertip
-        Geometry of the fingertip, N taxels.
-    directions : ndarray of float64, shape (T, 3)
-        Unit vectors in the fingertip frame.
-
-    Returns
-    -------
-    ndarray of int64, shape (T,)
-        Index of the taxel.
-    """
-    return np.argmax(directions @ fingertip.normals.T, axis=1)
-
-
-def taxel_coverage(
-    fingertip: Fingertip, directions: NDArray[np.float64], reach_rad: float
-) -> NDArray[np.float64]:
-    """How completely the array surrounds a contact: 1 in its middle, about a half on its edge.
+def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64]:
+    """How completely the array surrounds each taxel: 1 in its middle, about a half on its edge.
 
     A patch of pressure that hangs over the edge of the array has a biased centre, so a contact there is not
     used to measure curvature (our own).
@@ -109,17 +89,13 @@ def taxel_coverage(
     ----------
     fingertip : Fingertip
         Geometry of the fingertip, N taxels.
-    directions : ndarray of float64, shape (T, 3)
-        Unit vectors in the fingertip frame.
     reach_rad : float
         Angular radius of the neighbourhood that is looked at, radians.
 
     Returns
     -------
-    ndarray of float64, shape (T,)
+    ndarray of float64, shape (N,)
         Number of taxels within reach, as a share of what a taxel in the middle of the array has, in [0, 1].
     """
-    normals, closeness = fingertip.normals, np.cos(reach_rad)
-    typical = np.percentile((normals @ normals.T >= closeness).sum(axis=1), 75)
-    within = (directions @ normals.T >= closeness).sum(axis=1)
-    return np.minimum(within / max(float(typical), 1.0), 1.0)
+    within = (fingertip.normals @ fingertip.normals.T >= np.cos(reach_rad)).sum(axis=1)
+    return np.minimum(within / float(np.percentile(within, 75)), 1.0)

@@ -18,6 +18,10 @@ SHORTEST_NS = 20_000_000
 """Contacts and gaps shorter than this are bounces, not touches and lifts: 20 ms."""
 BEND = 0.15
 """A path that leaves its chord by more than this share of its extent changes direction."""
+SAME_MIDDLE = 0.25
+"""Rolls whose middles are closer than this share of their length cross the same site."""
+SAME_SITE = 0.75
+"""Rolls whose middles are further apart than this share of their length have no site in common."""
 SHORTEST_ROLL = 0.12
 """A roll is at least so long, as a share of the fingertip's radius."""
 
@@ -170,24 +174,58 @@ def tangents(normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[
 
 
 def _groups(recording: TouchRecording, rolls: list[NDArray[np.int64]]) -> list[list[int]]:
-    """Rolls that cross or share an end, and whose middles are close: single linkage."""
+    """Rolls of the same site.
+
+    Rolls through a site have their middles there. Those that are left with one direction, such as rays that
+    start at their site, join the rolls that they cross or share an end with.
+    """
     ends = [recording.position_m[roll[[0, -1]]] for roll in rolls]
     middles = [_middle(recording, roll) for roll in rolls]
+    every = range(len(rolls))
+    apart = np.array(
+        [[np.linalg.norm(middles[i] - middles[j]) / _length(ends, i, j) for j in every] for i in every]
+    )
+    groups = _linked([[float(apart[i, j]) < SAME_MIDDLE for j in every] for i in every])
+    label = {roll: number for number, group in enumerate(groups) for roll in group}
+    headings = [end[1] - end[0] for end in ends]
+    settled = [_is_star([headings[i] for i in groups[label[roll]]]) for roll in every]
+    return _linked(
+        [
+            [
+                label[i] == label[j]
+                or (not (settled[i] and settled[j]) and float(apart[i, j]) < SAME_SITE and _cross(ends, i, j))
+                for j in every
+            ]
+            for i in every
+        ]
+    )
+
+
+def _linked(link: list[list[bool]]) -> list[list[int]]:
+    """Connected groups of a symmetric relation, each in order."""
     groups: list[list[int]] = []
-    for index in range(len(rolls)):
-        linked = [g for g in groups if any(_linked(ends, middles, index, other) for other in g)]
-        groups = [g for g in groups if g not in linked] + [sorted(sum(linked, [index]))]
+    for index in range(len(link)):
+        joined = [g for g in groups if any(link[index][other] for other in g)]
+        groups = [g for g in groups if g not in joined] + [sorted(sum(joined, [index]))]
     return sorted(groups)
 
 
-def _linked(ends: list[NDArray[np.float64]], middles: list[NDArray[np.float64]], i: int, j: int) -> bool:
-    length = 0.5 * float(sum(np.linalg.norm(ends[k][1] - ends[k][0]) for k in (i, j)))
-    if np.linalg.norm(middles[i] - middles[j]) > 0.75 * length:
-        return False
-    points = np.linspace(0.0, 1.0, 33)[:, None]
-    path = ends[i][0] + points * (ends[i][1] - ends[i][0])
+def _is_star(headings: list[NDArray[np.float64]]) -> bool:
+    """Whether lines point in clearly different directions: 11 degrees or more."""
+    units = np.array([h / np.linalg.norm(h) for h in headings])
+    return bool(np.abs(units @ units.T).min() < 0.98)
+
+
+def _length(ends: list[NDArray[np.float64]], i: int, j: int) -> float:
+    """Mean length of two rolls, metres."""
+    return 0.5 * float(sum(np.linalg.norm(ends[k][1] - ends[k][0]) for k in (i, j)))
+
+
+def _cross(ends: list[NDArray[np.float64]], i: int, j: int) -> bool:
+    """Whether two rolls come close to each other somewhere."""
+    path = ends[i][0] + np.linspace(0.0, 1.0, 33)[:, None] * (ends[i][1] - ends[i][0])
     gap = _distance_to_segment(path, ends[j][0], ends[j][1])
-    return float(gap.min()) < 0.2 * length
+    return float(gap.min()) < SAME_MIDDLE * _length(ends, i, j)
 
 
 def _middle(recording: TouchRecording, roll: NDArray[np.int64]) -> NDArray[np.float64]:

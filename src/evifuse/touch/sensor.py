@@ -26,6 +26,8 @@ from evifuse.touch.smearing import chapter_belief, check_belief_model, resolved_
 
 __all__ = ["FeltSite", "FeltSurface", "LocalCurvature", "sense_curvature"]
 
+CONTACT_POINTS = 128
+"""How many contact points of a roll the smearing is averaged over, about."""
 MUCH_SLIP = 0.1
 """A roll that slips by more than this share of its turn is reported."""
 
@@ -207,7 +209,8 @@ def _local(
     site: int,
     roll: RollCurvature,
 ) -> LocalCurvature:
-    tip, samples = recording.fingertip, roll.samples
+    tip = recording.fingertip
+    samples = roll.samples[:: max(1, len(roll.samples) // CONTACT_POINTS)]
     discount = smearing_discount(
         tip, track.direction[samples], recording.pressure_pa[samples], track.threshold_pa
     )
