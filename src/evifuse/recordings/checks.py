@@ -101,7 +101,10 @@ def finite(values: object, what: str, shape: tuple[int, ...], name: str) -> NDAr
     RecordingError
         If the shape is another one or a number is NaN or infinite.
     """
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    raw = np.asarray(values)
+    if raw.dtype.kind not in "iuf":
+        raise RecordingError(f"{name}: {what} must be real numbers, not {raw.dtype}")
+    array = np.ascontiguousarray(raw, dtype=np.float64)
     if array.shape != shape:
         raise RecordingError(f"{name}: {what} must have shape {shape}, not {array.shape}")
     if not np.isfinite(array).all():

@@ -27,7 +27,7 @@ def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
     Parameters
     ----------
     path : str or path-like
-        The file.
+        The file, or the folder that ``ros2 bag record`` made with one MCAP file in it.
     partial : bool
         Accept what is whole of an MCAP file that was cut off or damaged.
 
@@ -134,6 +134,9 @@ def write_touch(path: str | os.PathLike[str], touch: TouchRecording) -> None:
 def _existing(path: str | os.PathLike[str]) -> Path:
     file = Path(path)
     if file.is_dir():
+        inside = sorted(file.glob("*.mcap"))
+        if len(inside) == 1 and (file / "metadata.yaml").exists():
+            return inside[0]  # as `ros2 bag record` leaves it
         raise RecordingError(f"{file}: this is a folder: name the recording's file in it")
     if not file.exists():
         raise RecordingError(f"{file}: there is no such file: check its name")

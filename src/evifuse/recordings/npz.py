@@ -7,6 +7,7 @@ with ``pressure_unit`` and, where they are needed, ``taxel_area_m2`` and ``press
 
 import os
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
 from evifuse.recordings.atomic import replacing
-from evifuse.recordings.checks import checked_touch
+from evifuse.recordings.checks import checked_touch, finite
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.recordings.units import to_pascal
 
@@ -63,13 +64,10 @@ def _arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     if Path(path).stat().st_size == 0:
         raise RecordingError(f"{path}: the file is empty: record or copy it again")
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if isinstance(archive, np.ndarray):
-                raise RecordingError(f"{path}: this is a single array, not an .npz archive: use write_touch")
+        with Path(path).open("rb") as stream:
+            archive = np.load(stream, allow_pickle=False)
             return {key: archive[key] for key in archive.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        if isinstance(error, RecordingError):
-            raise
+    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
         raise RecordingError(
             f"{path}: this is not a whole .npz archive of plain arrays: write it again"
         ) from error
@@ -89,7 +87,8 @@ def _pressure(arrays: dict[str, NDArray[Any]], name: str) -> NDArray[np.float64]
         return arrays["pressure_pa"]
     area = _number(arrays, "taxel_area_m2", 0.0, name)
     offset = _number(arrays, "pressure_offset", 0.0, name)
-    return to_pascal(arrays["pressure"], str(arrays["pressure_unit"]), area, offset, name)
+    values = finite(arrays["pressure"], "pressure", arrays["pressure"].shape, name)
+    return to_pascal(values, str(arrays["pressure_unit"]), area, offset, name)
 
 
 def write_npz(path: str | os.PathLike[str], touch: TouchRecording) -> None:

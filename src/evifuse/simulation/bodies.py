@@ -164,10 +164,11 @@ def _pierced(surface: Hole) -> Body:
     square = towards / np.abs(towards).max(axis=1, keepdims=True) * surface.length_m / 2
     circle = towards * surface.radius_m
     low = -surface.height_m
-    rings = [(circle, 0.0), (circle, low), (square, low), (square, 0.0), (circle, 0.0)]
+    between = towards * min(2.0 * surface.radius_m, 0.45 * surface.length_m)
+    rings = [(circle, 0.0), (circle, low), (square, low), (square, 0.0), (between, 0.0), (circle, 0.0)]
     loops = [np.column_stack([ring, np.full(128, z)]) for ring, z in rings]
     vertices = np.stack(loops, axis=1).reshape(-1, 3)
-    return Body(vertices, _grid_faces(128, 5, ring=True), _circle(surface.radius_m, 0.0), -0.04)
+    return Body(vertices, _grid_faces(128, len(rings), ring=True), _circle(surface.radius_m, 0.0), -0.04)
 
 
 _BODIES: dict[type[Surface], Callable[[Any], Body]] = {

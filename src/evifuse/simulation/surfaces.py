@@ -52,6 +52,8 @@ class Surface(ABC):
         """Where to roll by default: ``(x, y)`` of each site, metres."""
 
     @abstractmethod
+    def _nearest(self, points: Points) -> tuple[Points, Points]: ...
+
     def nearest(self, points: Points) -> tuple[Points, Points]:
         """Nearest points of the surface.
 
@@ -67,8 +69,11 @@ class Surface(ABC):
         normals : ndarray of float64, shape (M, 3)
             Unit normals there, out of the material.
         """
+        return self._nearest(points)
 
     @abstractmethod
+    def _above(self, x: float, y: float) -> Points | None: ...
+
     def above(self, x: float, y: float) -> Points | None:
         """Point of the surface over or under a place of the table.
 
@@ -82,8 +87,11 @@ class Surface(ABC):
         ndarray of float64, shape (3,), or None
             The point; None where there is no surface to touch.
         """
+        return self._above(x, y)
 
     @abstractmethod
+    def _curvature_tensor(self, point: Points) -> Points: ...
+
     def curvature_tensor(self, point: Points) -> Points:
         """Curvature as a symmetric tensor of the tangent plane.
 
@@ -97,6 +105,7 @@ class Surface(ABC):
         ndarray of float64, shape (3, 3)
             S with ``t @ S @ t`` the normal curvature along the unit tangent t, 1/m, and ``S @ normal = 0``.
         """
+        return self._curvature_tensor(point)
 
     def distance(self, points: Points) -> NDArray[np.float64]:
         """Signed distance from the surface, negative inside the material.
@@ -154,17 +163,16 @@ class Plane(Surface):
         """Left and right of the middle."""
         return ((-self.length_m / 6, 0.0), (self.length_m / 6, 0.0))
 
-    def nearest(self, points: Points) -> tuple[Points, Points]:
-        """Foot of the perpendicular; see `Surface.nearest`."""
+    def _nearest(self, points: Points) -> tuple[Points, Points]:
+        """Foot of the perpendicular."""
         return points * [1.0, 1.0, 0.0], np.broadcast_to([0.0, 0.0, 1.0], points.shape)
 
-    def above(self, x: float, y: float) -> Points | None:
-        """See `Surface.above`."""
+    def _above(self, x: float, y: float) -> Points | None:
         inside = abs(x) <= self.length_m / 2 and abs(y) <= self.width_m / 2
         return np.array([x, y, 0.0]) if inside else None
 
-    def curvature_tensor(self, point: Points) -> Points:
-        """Zero; see `Surface.curvature_tensor`."""
+    def _curvature_tensor(self, point: Points) -> Points:
+        """Zero."""
         return np.zeros((3, 3))
 
 
@@ -183,20 +191,19 @@ class _Round(Surface):
         distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))[:, None]
         return offset / distance, distance
 
-    def nearest(self, points: Points) -> tuple[Points, Points]:
-        """Along the radius; see `Surface.nearest`."""
+    def _nearest(self, points: Points) -> tuple[Points, Points]:
+        """Along the radius."""
         outward, distance = self._from_centre(points)
         return points + (self.radius_m - distance) * outward, self.side * outward
 
-    def above(self, x: float, y: float) -> Points | None:
-        """See `Surface.above`."""
+    def _above(self, x: float, y: float) -> Points | None:
         across = np.hypot(*(np.array([x, y]) * self.axes[:2]))
         if across >= self.reach * self.radius_m or abs(x) > getattr(self, "length_m", np.inf) / 2:
             return None
         return np.array([x, y, self.side * (np.sqrt(self.radius_m**2 - across**2) - self.radius_m)])
 
-    def curvature_tensor(self, point: Points) -> Points:
-        """See `Surface.curvature_tensor`; minus or plus 1/R across the axis."""
+    def _curvature_tensor(self, point: Points) -> Points:
+        """Minus or plus 1/R across the axis."""
         outward = self._from_centre(point[None])[0][0]
         return -self.side / self.radius_m * (np.diag(self.axes) - np.outer(outward, outward))
 
@@ -317,8 +324,8 @@ class Saddle(Surface):
     def _k(self) -> NDArray[np.float64]:
         return np.array([1.0, -1.0]) / self.radius_m
 
-    def nearest(self, points: Points) -> tuple[Points, Points]:
-        """Newton's method on the two coordinates of the foot point; see `Surface.nearest`."""
+    def _nearest(self, points: Points) -> tuple[Points, Points]:
+        """Newton's method on the two coordinates of the foot point."""
         k = self._k
         foot = points[:, :2].copy()
         for _ in range(8):  # quadratic: below 1e-7 m one more step leaves rounding only
@@ -335,13 +342,12 @@ class Saddle(Surface):
         normals = np.hstack([-k * foot, np.ones_like(height)])
         return np.hstack([foot, height]), normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
-    def above(self, x: float, y: float) -> Points | None:
-        """See `Surface.above`."""
+    def _above(self, x: float, y: float) -> Points | None:
         inside = max(abs(x), abs(y)) <= self.length_m / 2
         return np.array([x, y, 0.5 * (x * x - y * y) / self.radius_m]) if inside else None
 
-    def curvature_tensor(self, point: Points) -> Points:
-        """Hessian of the height over the slope factor, projected; see `Surface.curvature_tensor`."""
+    def _curvature_tensor(self, point: Points) -> Points:
+        """Hessian of the height over the slope factor, projected."""
         gradient = np.append(-self._k * point[:2], 1.0)
         length = np.linalg.norm(gradient)
         project = np.eye(3) - np.outer(gradient, gradient) / length**2
@@ -373,8 +379,8 @@ class Hole(Surface):
         """On the plate beside the hole, then over the hole."""
         return ((-self.radius_m - 0.015, 0.0), (0.0, 0.0))
 
-    def nearest(self, points: Points) -> tuple[Points, Points]:
-        """The plate, or the rim for points over the hole; see `Surface.nearest`."""
+    def _nearest(self, points: Points) -> tuple[Points, Points]:
+        """The plate, or the rim for points over the hole."""
         across = np.hypot(points[:, 0], points[:, 1])[:, None]
         along = points[:, :2] / np.maximum(across, 1e-12)
         rim = np.hstack([along * self.radius_m, np.zeros_like(across)])
@@ -383,13 +389,12 @@ class Hole(Surface):
         over = across < self.radius_m
         return np.where(over, rim, points * [1.0, 1.0, 0.0]), np.where(over, away, [0.0, 0.0, 1.0])
 
-    def above(self, x: float, y: float) -> Points | None:
-        """See `Surface.above`."""
+    def _above(self, x: float, y: float) -> Points | None:
         solid = np.hypot(x, y) >= self.radius_m and max(abs(x), abs(y)) <= self.length_m / 2
         return np.array([x, y, 0.0]) if solid else None
 
-    def curvature_tensor(self, point: Points) -> Points:
-        """Zero, on the plate; see `Surface.curvature_tensor`."""
+    def _curvature_tensor(self, point: Points) -> Points:
+        """Zero, on the plate."""
         return np.zeros((3, 3))
 
 
