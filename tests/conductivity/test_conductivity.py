@@ -208,6 +208,30 @@ def test_working_prototypes_recognise_each_pure_curvature(
     assert found.decision == decision
 
 
+@pytest.mark.parametrize(
+    ("masses", "decision"),
+    [
+        ({"P": 0.43, "N": 0.49}, "occluded"),
+        ({"C-": 0.6, "P": 0.25}, "curved"),
+        ({"E-": 0.5, "C-": 0.2, "P": 0.1}, "curved"),
+        ({"H": 0.4, "C-": 0.2, "C+": 0.2}, "curved"),
+        ({"P": 0.6, "C-": 0.2}, "quasiplanar"),
+    ],
+)
+def test_working_prototypes_recognise_mixtures(masses: dict[str, float], decision: str) -> None:
+    frame = Frame(["P", "C-", "C+", "H", "E-", "E+", "N"])
+    evidence = MassFunction.of(frame, {**masses, frame: 1 - sum(masses.values())})
+    assert classify(evidence, load_knowledge("curvature")).decision == decision
+
+
+def test_crumbs_of_mass_change_little() -> None:
+    knowledge = load_knowledge("shape")
+    clean = classify(MassFunction.of(SHAPE, {"rectangle": 0.6, "square": 0.35, SHAPE: 0.05}), knowledge)
+    crumbs = {"rectangle": 0.6, "square": 0.349, "circle": 0.0005, "bracket": 0.0005, SHAPE: 0.05}
+    found = classify(MassFunction.of(SHAPE, crumbs), knowledge)
+    np.testing.assert_allclose(found.conductivities, clean.conductivities, atol=0.01)
+
+
 def test_total_ignorance_conducts_nothing_in_the_working_reading() -> None:
     found = classify(MassFunction.vacuous(SHAPE), load_knowledge("shape"))
     assert found.decision is None
@@ -240,6 +264,7 @@ def test_evidence_about_something_else_is_refused() -> None:
         ("similarity_offset", -1.0),
         ("commitment", 1.0),
         ("sharpness", 0.0),
+        ("negligible", 0.6),
     ],
 )
 def test_readings_refuse_what_they_do_not_know(field: str, value: object) -> None:

@@ -197,7 +197,7 @@ def classify(
     properties = {a.label: aggregate_properties(a, reading) for a in knowledge.aggregates}
     prototypes = [(a.label, name, x) for a in knowledge.aggregates for name, x in a.prototypes.items()]
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)
-    met = y if reading.commitment is None else _at_commitment(y, committed, reading.commitment)
+    met = y if reading.commitment is None else _at_commitment(y, reading.commitment, reading.negligible)
     dims = _interactions(met, [x for _, _, x in prototypes], reading) ** reading.sharpness
     top = np.array([properties[label].dimension for label, _, _ in prototypes])
     cap = np.array([properties[label].capacity for label, _, _ in prototypes])
@@ -225,14 +225,17 @@ def classify(
     )
 
 
-def _at_commitment(y: MassFunction, committed: NDArray[np.float64], nominal: float) -> MassFunction:
-    """The evidence with a nominal mass off the frame; where nothing is committed, ignorance."""
-    some = committed > 0
-    scale = np.where(some, nominal / np.where(some, committed, 1.0), 0.0)
+def _at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFunction:
+    """The evidence with a nominal mass off the frame, without crumbs; ignorance where nothing is."""
     off = y.focal_sets != y.frame.full
+    masses = y.masses[..., off]
+    committed = masses.sum(axis=-1, keepdims=True)
+    masses = np.where(masses < negligible * committed, 0.0, masses)
+    kept = masses.sum(axis=-1, keepdims=True)
+    some = kept > 0
+    masses = masses * np.where(some, nominal / np.where(some, kept, 1.0), 0.0)
+    rest = np.where(some, 1.0 - nominal, 1.0)
     sets = np.append(y.focal_sets[off], np.int64(y.frame.full))
-    masses = y.masses[..., off] * scale[..., None]
-    rest = np.where(some, 1.0 - nominal, 1.0)[..., None]
     return MassFunction.trusted(y.frame, sets, np.concatenate([masses, rest], axis=-1))
 
 

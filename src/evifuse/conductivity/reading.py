@@ -13,8 +13,8 @@ class Reading:
     """One way of reading the formulas of appendix A.
 
     The defaults are the *sound* reading: every dimension lies in (0, 1], equal belief functions have
-    interaction dimension 1, and neither names nor order matter. The last four fields are our own additions,
-    off by default.
+    interaction dimension 1, and neither names nor order matter. The last five fields, from ``sharpness`` on,
+    are our own additions, off by default.
 
     Parameters
     ----------
@@ -48,6 +48,9 @@ class Reading:
     commitment : float or None
         Our own: evidence meets the prototypes with this much mass off the frame, and its conductivities are
         then scaled by what it really commits. Total ignorance conducts nothing. None takes evidence as it is.
+    negligible : float
+        Our own, with ``commitment``: focal sets with less than this share of what is committed are left out,
+        because a crumb of mass that matches nothing diverges as much as a real difference.
     keep_ignorance : bool
         Our own: the normalised belief leaves on the frame what the evidence left there.
 
@@ -69,6 +72,7 @@ class Reading:
     pooling: Literal["sum", "mean", "max"] = "sum"
     sharpness: float = 1.0
     commitment: float | None = None
+    negligible: float = 0.0
     keep_ignorance: bool = False
 
     def __post_init__(self) -> None:
@@ -91,6 +95,7 @@ class Reading:
             "log_base": (self.log_base is None or self.log_base > 1, "above 1"),
             "similarity_offset": (self.similarity_offset >= 0, "0 or more"),
             "sharpness": (self.sharpness > 0, "above 0"),
+            "negligible": (0 <= self.negligible < 0.5, "0 or more and below 0.5"),
             "commitment": (self.commitment is None or 0 < self.commitment < 1, "between 0 and 1, or absent"),
         }
         for name, (fine, expected) in ranges.items():
@@ -109,11 +114,12 @@ READINGS = {
         pairs_between=1,
     ),
     "working": Reading(
-        similarity_offset=0.5,
+        similarity_offset=0.2,
         projection=False,
         pooling="max",
         sharpness=8.0,
         commitment=0.8,
+        negligible=0.1,
         keep_ignorance=True,
     ),
 }

@@ -1,0 +1,285 @@
+"""What each command does, once its options are parsed."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from evifuse.app.reproduce import reproduce
+from evifuse.errors import UsageError
+from evifuse.fusion import Box, Fusion, fuse
+from evifuse.knowledge import load_knowledge
+from evifuse.recordings import read_image, read_scene, read_touch
+from evifuse.recordings.recording import Scene
+from evifuse.simulation import SimulatedScene
+from evifuse.touch import sense_curvature
+from evifuse.touch.smearing import BeliefModel
+from evifuse.vision import sense_shapes
+
+__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_shape", "run_simulate", "run_touch"]
+
+
+def _print_json(value: Any) -> None:
+    sys.stdout.write(json.dumps(value, allow_nan=False, indent=2 if sys.stdout.isatty() else None) + "\n")
+
+
+def _console() -> Console:
+    return Console(soft_wrap=not sys.stdout.isatty(), width=None if sys.stdout.isatty() else 160)
+
+
+def _notice(text: str) -> None:
+    """What a person wants to know, beside the output proper."""
+    print(f"evifuse: {text}", file=sys.stderr)
+
+
+def run_shape(image: Path, knowledge: str, as_json: bool, draw: Path | None) -> None:
+    """See the shapes in a picture.
+
+    Parameters
+    ----------
+    image : Path
+        Picture, or MCAP with one.
+    knowledge : str
+        Name or path of the classes of shape features.
+    as_json : bool
+        Print JSON.
+    draw : Path or None
+        Picture to write.
+
+    Raises
+    ------
+    UsageError
+        If an MCAP file holds no picture.
+    """
+    base = load_knowledge(knowledge)
+    picture = read_scene(image).image if image.suffix.lower() == ".mcap" else read_image(image)
+    if picture is None:
+        raise UsageError(f"{image}: holds no picture")
+    objects = sense_shapes(picture, base)
+    if draw is not None:
+        from evifuse.app.draw import draw_shapes
+
+        draw_shapes(picture, objects, draw)
+    if as_json:
+        _print_json({"objects": [o.to_json() for o in objects]})
+        return
+    from evifuse.app.report import report_shapes
+
+    report_shapes(objects, _console(), why=True)
+
+
+def run_touch(recording: Path, knowledge: str, belief: BeliefModel, as_json: bool, draw: Path | None) -> None:
+    """Feel the curvature of a surface.
+
+    Parameters
+    ----------
+    recording : Path
+        MCAP, CSV or NPZ.
+    knowledge : str
+        Name or path of the classes of curvature features.
+    belief : {"resolved", "chapter"}
+        Belief of a local curvature.
+    as_json : bool
+        Print JSON.
+    draw : Path or None
+        Picture to write.
+    """
+    rolled = read_touch(recording)
+    felt = sense_curvature(rolled, load_knowledge(knowledge), belief=belief)
+    if draw is not None:
+        from evifuse.app.draw import draw_touch
+
+        draw_touch(rolled, felt, draw)
+    if as_json:
+        _print_json(felt.to_json())
+        return
+    from evifuse.app.report import report_touch
+
+    report_touch(felt, _console(), why=True)
+
+
+def run_fuse(
+    scene: Path | None,
+    image: Path | None,
+    touch: Path | None,
+    box: Box | None,
+    shape_knowledge: str,
+    curvature_knowledge: str,
+    as_json: bool,
+    draw: Path | None,
+) -> None:
+    """Fuse a picture and a rolled finger.
+
+    Parameters
+    ----------
+    scene : Path or None
+        MCAP with both senses.
+    image : Path or None
+        Picture.
+    touch : Path or None
+        Touch recording.
+    box : tuple of float or None
+        Pixel box of the object that was touched.
+    shape_knowledge : str
+        Name or path of the classes of shape features.
+    curvature_knowledge : str
+        Name or path of the classes of curvature features.
+    as_json : bool
+        Print JSON.
+    draw : Path or None
+        Picture to write.
+
+    Raises
+    ------
+    UsageError
+        If both a scene and separate files are given, or nothing at all.
+    """
+    if scene is not None and (image is not None or touch is not None):
+        raise UsageError("give either SCENE.mcap, or --image and --touch, not both")
+    if scene is None and image is None and touch is None:
+        raise UsageError("nothing to fuse: give SCENE.mcap, or --image and --touch")
+    whole = gather(scene, image, touch)
+    result = fuse(
+        whole,
+        box=box,
+        shape_knowledge=load_knowledge(shape_knowledge),
+        curvature_knowledge=load_knowledge(curvature_knowledge),
+    )
+    _show_fusion(whole, result, as_json, draw)
+
+
+def gather(scene: Path | None, image: Path | None, touch: Path | None) -> Scene:
+    """The scene behind one file, or behind a picture and a touch recording.
+
+    Parameters
+    ----------
+    scene : Path or None
+        MCAP with both senses, or any file with one of them.
+    image : Path or None
+        Picture, or MCAP with one.
+    touch : Path or None
+        MCAP, CSV or NPZ.
+
+    Returns
+    -------
+    Scene
+        Picture, camera and touch, as far as they are there.
+    """
+    if scene is not None:
+        return read_scene(scene)
+    picture = None if image is None else read_scene(image)
+    felt = None if touch is None else read_touch(touch)
+    camera = None if picture is None else picture.camera
+    if camera is None and touch is not None and touch.suffix.lower() == ".mcap":
+        camera = read_scene(touch).camera
+    name = str(image if image is not None else touch)
+    return Scene(None if picture is None else picture.image, camera, felt, name)
+
+
+def _show_fusion(scene: Scene, result: Fusion, as_json: bool, draw: Path | None) -> None:
+    if draw is not None:
+        from evifuse.app.draw import draw_fusion
+
+        draw_fusion(scene, result, draw)
+    if as_json:
+        _print_json(result.to_json())
+        return
+    from evifuse.app.report import report_fusion
+
+    report_fusion(result, _console())
+
+
+def run_simulate(surface: str, out: Path, seed: int, as_json: bool) -> None:
+    """Simulate a scene and write it as MCAP.
+
+    Parameters
+    ----------
+    surface : str
+        Name in the catalogue.
+    out : Path
+        MCAP file to write.
+    seed : int
+        Seed of the noise.
+    as_json : bool
+        Print the truth as JSON.
+
+    Raises
+    ------
+    UsageError
+        If the file would not be an MCAP file.
+    """
+    from evifuse.recordings import write_scene
+    from evifuse.simulation import simulate
+
+    if out.suffix.lower() != ".mcap":
+        raise UsageError(f"--out {out}: a scene is written as MCAP: name it {out.with_suffix('.mcap').name}")
+    made = simulate(surface, seed=seed)
+    write_scene(out, made.scene)
+    if as_json:
+        _print_json({"file": str(out), "truth": _truth(made)})
+        return
+    touch = made.scene.touch
+    samples = 0 if touch is None else len(touch.time_ns)
+    _console().print(f"Wrote {out}: {surface} ({made.truth.category}), {samples} samples, seed {seed}.")
+    _console().print(f"Fuse it: evifuse fuse {out}")
+
+
+def _truth(made: SimulatedScene) -> dict[str, Any]:
+    sites = [
+        {
+            "position_m": site.position_m.tolist(),
+            "k1_per_m": site.k1_per_m,
+            "k2_per_m": site.k2_per_m,
+            "contact": site.contact,
+        }
+        for site in made.truth.sites
+    ]
+    return {"surface": made.truth.surface.name, "decision": made.truth.category, "sites": sites}
+
+
+def run_demo(surface: str, out: Path, seed: int, as_json: bool) -> None:
+    """Simulate a scene, fuse it, print the tables and draw the picture.
+
+    Parameters
+    ----------
+    surface : str
+        Name in the catalogue.
+    out : Path
+        Folder for the scene and the picture.
+    seed : int
+        Seed of the noise.
+    as_json : bool
+        Print JSON.
+    """
+    from evifuse.recordings import write_scene
+    from evifuse.simulation import simulate
+
+    out.mkdir(parents=True, exist_ok=True)
+    file, picture = out / f"{surface}.mcap", out / f"{surface}.png"
+    if not as_json:
+        _notice(f"rolling a fingertip over a simulated {surface} ...")
+    made = simulate(surface, seed=seed)
+    write_scene(file, made.scene)
+    scene = read_scene(file)
+    _show_fusion(scene, fuse(scene), as_json, picture)
+    if not as_json:
+        _console().print(f"The truth: {made.truth.category} ({surface}). Scene: {file}. Picture: {picture}.")
+
+
+def run_reproduce(as_json: bool) -> None:
+    """Print the chapter's figures beside the computed ones.
+
+    Parameters
+    ----------
+    as_json : bool
+        Print JSON.
+    """
+    figures = reproduce()
+    if as_json:
+        _print_json([vars(f) for f in figures])
+        return
+    from evifuse.app.report import report_reproduction
+
+    report_reproduction(figures, _console())

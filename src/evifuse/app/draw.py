@@ -1,0 +1,247 @@
+"""Pictures for people: image with fitted edges, taxel patch, curvatures and belief bars."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.fusion import Fusion, project, touched_place
+from evifuse.recordings.atomic import replacing
+from evifuse.recordings.recording import Scene, TouchRecording
+from evifuse.touch import FeltSurface
+from evifuse.vision import SeenObject
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_fusion", "draw_shapes", "draw_touch"]
+
+SEEN, FELT, BOTH, NOBODY = "#2f7ebc", "#d97a27", "#3a3a3a", "#b8b8b8"
+
+
+def draw_shapes(image: NDArray[np.uint8], objects: Sequence[SeenObject], path: Path) -> None:
+    """Draw a picture with its objects, and the belief of the first.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (H, W) or (H, W, 3)
+        Grey or BGR.
+    objects : sequence of SeenObject
+        Most believed first.
+    path : Path
+        PNG to write.
+    """
+    figure = _figure(12, 5)
+    left, right = figure.subplots(1, 2, width_ratios=[2, 1])
+    _image(left, image, objects, None, None)
+    _shape_bars(right, objects[0] if objects else None)
+    _save(figure, path)
+
+
+def draw_touch(recording: TouchRecording, felt: FeltSurface, path: Path) -> None:
+    """Draw the taxel patch, the curvatures and the belief of a touch.
+
+    Parameters
+    ----------
+    recording : TouchRecording
+        What was rolled.
+    felt : FeltSurface
+        What was felt.
+    path : Path
+        PNG to write.
+    """
+    figure = _figure(14, 4.5)
+    patch, curvatures, bars = figure.subplots(1, 3)
+    _patch(patch, recording)
+    _curvatures(curvatures, felt)
+    _touch_bars(bars, felt)
+    _save(figure, path)
+
+
+def draw_fusion(scene: Scene, fusion: Fusion, path: Path) -> None:
+    """Draw both senses and what they say together.
+
+    Parameters
+    ----------
+    scene : Scene
+        Picture and touch.
+    fusion : Fusion
+        Their fusion.
+    path : Path
+        PNG to write.
+    """
+    figure = _figure(15, 8.5)
+    axes = figure.subplots(2, 3, width_ratios=[1.5, 1, 1])
+    place = None if fusion.touch is None else touched_place(fusion.touch)
+    contact = None if scene.camera is None or place is None else project(scene.camera, place)
+    _image(axes[0, 0], scene.image, fusion.objects, fusion.shape, contact)
+    _patch(axes[0, 1], scene.touch)
+    _curvatures(axes[0, 2], fusion.touch)
+    _shape_bars(axes[1, 1], fusion.shape)
+    _touch_bars(axes[1, 2], fusion.touch)
+    _fused_bars(axes[1, 0], fusion)
+    _save(figure, path)
+
+
+def _figure(width: float, height: float) -> "Figure":
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=100, layout="constrained")
+
+
+def _save(figure: "Figure", path: Path) -> None:
+    """Write beside, then rename: nothing half written."""
+    with replacing(path) as beside:
+        figure.savefig(beside, format="png")
+
+
+def _nothing(axes: "Axes", title: str, text: str) -> None:
+    axes.set_title(title, loc="left")
+    axes.text(0.5, 0.5, text, ha="center", va="center", color="grey", transform=axes.transAxes)
+    axes.set_axis_off()
+
+
+def _image(
+    axes: "Axes",
+    image: NDArray[np.uint8] | None,
+    objects: Sequence[SeenObject],
+    touched: SeenObject | None,
+    contact: tuple[float, float] | None,
+) -> None:
+    from matplotlib import colormaps
+    from matplotlib.patches import Rectangle
+
+    title = "Seen: fitted edges, tinted by belief"
+    if image is None:
+        _nothing(axes, title, "no picture")
+        return
+    height, width = image.shape[:2]
+    if image.ndim == 2:
+        axes.imshow(image, cmap="gray", vmin=0, vmax=255)
+    else:
+        axes.imshow(image[..., ::-1])
+    tint = colormaps["viridis"]
+    for seen in objects:
+        chosen = seen is touched or touched is None
+        x, y, w, h = seen.box
+        axes.add_patch(Rectangle((x, y), w, h, fill=False, lw=1.5 if chosen else 0.6, ec="white", ls=":"))
+        for edge in seen.fitted_edges:
+            (x0, y0), (x1, y1) = edge.start, edge.end
+            axes.plot(
+                [x0, x1], [y0, y1], color=tint(edge.belief), lw=3 if chosen else 1.5, solid_capstyle="round"
+            )
+        label = f"{seen.classification.decision or 'unknown'} {seen.classification.belief.masses.max():.2f}"
+        if len(objects) <= 12 or seen is touched:
+            axes.annotate(
+                label,
+                (x, max(y, 0)),
+                color="white",
+                fontsize=8,
+                va="bottom",
+                bbox={"facecolor": BOTH, "alpha": 0.7, "pad": 1.5, "edgecolor": "none"},
+            )
+    if contact is not None:
+        axes.plot(*contact, marker="+", ms=14, mew=2.5, color="red")
+        axes.annotate("touched", contact, xytext=(8, 6), textcoords="offset points", color="red", fontsize=9)
+    axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])
+    axes.set_title(title, loc="left")
+
+
+def _patch(axes: "Axes", recording: TouchRecording | None) -> None:
+    title = "Felt: highest pressure of each taxel (kPa)"
+    if recording is None:
+        _nothing(axes, title, "no touch recording")
+        return
+    peak = recording.pressure_pa.max(axis=0) / 1000
+    places = recording.fingertip.positions_m * 1000
+    apex = places.mean(axis=0)
+    axis = int(np.argmax(np.abs(apex)))
+    u, v = (i for i in range(3) if i != axis)
+    side = max(4.0, min(120.0, 9000 / len(peak)))
+    dots = axes.scatter(places[:, u], places[:, v], c=peak, s=side, cmap="inferno", marker="s", vmin=0)
+    axes.figure.colorbar(dots, ax=axes, shrink=0.8)
+    axes.set(aspect="equal", xlabel=f"{'xyz'[u]} of the fingertip (mm)", ylabel=f"{'xyz'[v]} (mm)")
+    axes.set_title(title, loc="left")
+
+
+def _curvatures(axes: "Axes", felt: FeltSurface | None) -> None:
+    title = "Felt: curvature along each roll (1/m)"
+    if felt is None or not felt.local_curvatures:
+        _nothing(axes, title, "no roll" if felt is not None else "no touch recording")
+        return
+    sites = sorted({c.site for c in felt.local_curvatures})
+    markers = "osD^vP*X"
+    for site in sites:
+        own = [c for c in felt.local_curvatures if c.site == site]
+        axes.errorbar(
+            np.rad2deg([c.direction_rad for c in own]),
+            [c.curvature_per_m for c in own],
+            yerr=[1.96 * c.standard_error_per_m for c in own],
+            fmt=markers[site % len(markers)],
+            capsize=3,
+            label=f"site {site}",
+        )
+    axes.axhline(0, color="grey", lw=0.8)
+    low, high = axes.get_ylim()
+    least = 5.0
+    axes.set_ylim(min(low, -least), max(high, least))
+    axes.set(xlim=(-5, 185), xticks=[0, 45, 90, 135, 180], xlabel="direction (degrees)")
+    axes.legend(loc="best", fontsize=8)
+    axes.set_title(title, loc="left")
+
+
+def _bars(axes: "Axes", title: str, shares: Mapping[str, float], colour: str) -> None:
+    labels = list(shares)
+    values = [shares[k] for k in labels]
+    colours = [NOBODY if k == "frame" else colour for k in labels]
+    axes.barh(labels, values, color=colours)
+    for i, value in enumerate(values):
+        axes.text(min(value, 0.98) + 0.01, i, f"{value:.2f}", va="center", fontsize=8)
+    axes.invert_yaxis()
+    axes.set(xlim=(0, 1.1), xticks=[0, 0.5, 1])
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(title, loc="left")
+
+
+def _masses(evidence: Any) -> dict[str, float]:
+    found = evidence.as_dict()
+    names = (*evidence.frame.hypotheses, *(k for k in found if "|" in k), "frame")
+    return {k: found.get(k, 0.0) for k in names}
+
+
+def _shape_bars(axes: "Axes", seen: SeenObject | None) -> None:
+    title = "Belief over shape primitives"
+    if seen is None:
+        _nothing(axes, title, "no object")
+        return
+    _bars(axes, title, _masses(seen.evidence), SEEN)
+
+
+def _touch_bars(axes: "Axes", felt: FeltSurface | None) -> None:
+    title = "Belief over curvature primitives"
+    if felt is None:
+        _nothing(axes, title, "no touch recording")
+        return
+    _bars(axes, title, _masses(felt.evidence), FELT)
+
+
+def _fused_bars(axes: "Axes", fusion: Fusion) -> None:
+    labels = list(fusion.total)
+    rows = np.arange(len(labels) + 1)
+    touch = np.array([fusion.from_touch[k] for k in labels] + [0.0])
+    shape = np.array([fusion.from_shape[k] for k in labels] + [0.0])
+    found = fusion.belief.as_dict()
+    belief = [found.get(k, 0.0) for k in (*labels, "frame")]
+    axes.barh(rows - 0.2, touch, height=0.36, color=FELT, label="conductivity from touch")
+    axes.barh(rows - 0.2, shape, left=touch, height=0.36, color=SEEN, label="conductivity from shape")
+    axes.barh(rows + 0.2, belief, height=0.36, color=[BOTH] * len(labels) + [NOBODY], label="fused belief")
+    for i, value in enumerate(belief):
+        axes.text(value + 0.01, rows[i] + 0.2, f"{value:.2f}", va="center", fontsize=8)
+    axes.set_yticks(rows, [*labels, "frame"])
+    axes.invert_yaxis()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="lower right", fontsize=8)
+    axes.set_title(f"Fused: {fusion.decision or 'no decision'}", loc="left", fontweight="bold")

@@ -1,0 +1,252 @@
+"""The command line: ``evifuse demo | fuse | shape | touch | simulate | reproduce | knowledge``.
+
+Only what parses the command line is imported here; each command imports what it needs.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from evifuse._version import __version__
+from evifuse.errors import EvifuseError, UsageError
+
+__all__ = ["app", "main"]
+
+app = App(
+    name="evifuse",
+    version=__version__,
+    help_format="plaintext",  # markdown would double the time of --help
+    help="Say what a surface is from a picture and a rolled finger, how sure that is, and why.",
+)
+OUTPUT = Group("Output")
+Json = Annotated[
+    bool, Parameter(name="--json", negative="", group=OUTPUT, help="Print JSON instead of tables.")
+]
+Draw = Annotated[
+    Path | None,
+    Parameter(name="--draw", group=OUTPUT, help="Also draw what was seen and felt into this PNG."),
+]
+ShapeKnowledge = Annotated[
+    str,
+    Parameter(help="Classes of shapes: shape (ours), chapter-shape (table 1), or a YAML file of your own."),
+]
+CurvatureKnowledge = Annotated[
+    str,
+    Parameter(
+        help="Classes of curvature: curvature (ours), chapter-curvature (table 4), or your own YAML file."
+    ),
+]
+Surface = Literal["plane", "cylinder", "sphere", "bowl", "trough", "saddle", "hole"]
+
+
+@app.command
+def demo(
+    surface: Surface = "cylinder",
+    *,
+    out: Annotated[
+        Path, Parameter(name=["--out", "-o"], help="Folder for the scene and the picture.")
+    ] = Path("out"),
+    seed: int = 0,
+    json: Json = False,
+) -> None:
+    """Simulate one scene, fuse it, print the tables and draw the picture.
+
+    Parameters
+    ----------
+    surface
+        What the finger rolls over.
+    seed
+        Seed of the sensor noise.
+    """
+    from evifuse.app.commands import run_demo
+
+    run_demo(surface, out, seed, json)
+
+
+@app.command
+def fuse(
+    scene: Path | None = None,
+    /,
+    *,
+    image: Path | None = None,
+    touch: Path | None = None,
+    box: Annotated[
+        str | None,
+        Parameter(help="Pixel box x,y,w,h of the object that was touched.", allow_leading_hyphen=True),
+    ] = None,
+    shape_knowledge: ShapeKnowledge = "shape",
+    curvature_knowledge: CurvatureKnowledge = "curvature",
+    json: Json = False,
+    draw: Draw = None,
+) -> None:
+    """Fuse a picture and a rolled finger: one SCENE.mcap, or --image and --touch.
+
+    Parameters
+    ----------
+    scene
+        MCAP file with both senses.
+    image
+        Picture, or an MCAP file that holds one.
+    touch
+        Touch recording: MCAP, CSV or NPZ.
+    """
+    from evifuse.app.commands import run_fuse
+
+    run_fuse(scene, image, touch, parse_box(box), shape_knowledge, curvature_knowledge, json, draw)
+
+
+@app.command
+def shape(
+    image: Path, /, *, shape_knowledge: ShapeKnowledge = "shape", json: Json = False, draw: Draw = None
+) -> None:
+    """See the shapes in a picture.
+
+    Parameters
+    ----------
+    image
+        Picture file, or an MCAP file that holds one.
+    """
+    from evifuse.app.commands import run_shape
+
+    run_shape(image, shape_knowledge, json, draw)
+
+
+@app.command
+def touch(
+    recording: Path,
+    /,
+    *,
+    curvature_knowledge: CurvatureKnowledge = "curvature",
+    belief: Annotated[
+        Literal["resolved", "chapter"],
+        Parameter(help="Belief of a local curvature: resolved (ours) or chapter (4.1.4, zero on a plane)."),
+    ] = "resolved",
+    json: Json = False,
+    draw: Draw = None,
+) -> None:
+    """Feel the curvature of a surface from a rolled finger.
+
+    Parameters
+    ----------
+    recording
+        Touch recording: MCAP, CSV or NPZ.
+    """
+    from evifuse.app.commands import run_touch
+
+    run_touch(recording, curvature_knowledge, belief, json, draw)
+
+
+@app.command
+def simulate(
+    surface: Surface,
+    /,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"], help="MCAP file to write.")],
+    seed: int = 0,
+    json: Json = False,
+) -> None:
+    """Roll a fingertip over a surface in MuJoCo and write picture and touch as MCAP.
+
+    Parameters
+    ----------
+    surface
+        What the finger rolls over.
+    seed
+        Seed of the sensor noise.
+    """
+    from evifuse.app.commands import run_simulate
+
+    run_simulate(surface, out, seed, json)
+
+
+@app.command
+def reproduce(*, json: Json = False) -> None:
+    """Print every published figure of the chapter beside the computed one."""
+    from evifuse.app.commands import run_reproduce
+
+    run_reproduce(json)
+
+
+@app.command
+def knowledge(name: Literal["shape", "curvature", "chapter-shape", "chapter-curvature"], /) -> None:
+    """Print a built-in knowledge base as YAML, to copy and change.
+
+    Parameters
+    ----------
+    name
+        Which one.
+    """
+    from evifuse.knowledge import built_in_text
+
+    sys.stdout.write(built_in_text(name))
+
+
+def parse_box(text: str | None) -> tuple[float, float, float, float] | None:
+    """Pixel box from its text on the command line.
+
+    Parameters
+    ----------
+    text : str or None
+        ``x,y,w,h`` in px.
+
+    Returns
+    -------
+    tuple of float or None
+        The four numbers.
+
+    Raises
+    ------
+    UsageError
+        If it is not four numbers.
+    """
+    if text is None:
+        return None
+    try:
+        x, y, w, h = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"--box needs four numbers x,y,w,h in px, not {text!r}") from None
+    return x, y, w, h
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 2 for the user's mistake, 1 for ours.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Instead of the process's own.
+    """
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        app(arguments, exit_on_error=False, print_error=False)
+        sys.stdout.flush()
+    except (EvifuseError, CycloptsError) as e:
+        return _complain(str(e), 2)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as e:
+        where = f"{e.filename}: " if e.filename else ""
+        return _complain(f"{where}{e.strerror or e}", 2)
+    except KeyboardInterrupt:
+        return _complain("stopped", 130)
+    except MemoryError:
+        return _complain("not enough memory for this input", 2)
+    except Exception as e:  # the last door: a user gets a line, not a traceback
+        if os.environ.get("EVIFUSE_DEBUG"):
+            raise
+        return _complain(f"internal error: {type(e).__name__}: {e} (EVIFUSE_DEBUG=1 shows where)", 1)
+    return 0
+
+
+def _complain(message: str, code: int) -> int:
+    line = " ".join(message.split())
+    print(f"evifuse: {line}", file=sys.stderr)
+    return code
