@@ -47,7 +47,7 @@ def area(polygon: Points) -> float:
     float
         Square pixels, never negative.
     """
-    return abs(float(cross(polygon, np.roll(polygon, -1, axis=0)).sum())) / 2
+    return abs(float(cross(polygon, np.concatenate([polygon[1:], polygon[:1]])).sum())) / 2
 
 
 def perimeter(polygon: Points) -> float:
@@ -63,7 +63,7 @@ def perimeter(polygon: Points) -> float:
     float
         Pixels.
     """
-    return float(np.hypot(*(np.roll(polygon, -1, axis=0) - polygon).T).sum())
+    return float(np.sqrt(((np.concatenate([polygon[1:], polygon[:1]]) - polygon) ** 2).sum(axis=1)).sum())
 
 
 def resample(points: Points, count: int, closed: bool) -> Points:
@@ -106,7 +106,7 @@ def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.fl
     side : ndarray of intp, shape (N,)
         Which side is nearest.
     """
-    along = np.roll(polygon, -1, axis=0) - polygon
+    along = np.concatenate([polygon[1:], polygon[:1]]) - polygon
     square = np.maximum((along**2).sum(axis=1), 1e-12)
     offset = points[:, None, :] - polygon[None, :, :]
     t = np.clip((offset * along).sum(axis=2) / square, 0.0, 1.0)
@@ -200,8 +200,9 @@ def reduce_polygon(hull: Points, corners: int) -> Points | None:
     if area(polygon) < 1e-6:
         return None
     while len(polygon) > corners:
-        before, after = np.roll(polygon, 1, axis=0), np.roll(polygon, -1, axis=0)
-        beyond = np.roll(polygon, -2, axis=0)
+        before = np.concatenate([polygon[-1:], polygon[:-1]])
+        after = np.concatenate([polygon[1:], polygon[:1]])
+        beyond = np.concatenate([polygon[2:], polygon[:2]])
         u, v, base = polygon - before, after - beyond, after - polygon
         with np.errstate(divide="ignore", invalid="ignore"):
             t = cross(base, v) / cross(u, v)

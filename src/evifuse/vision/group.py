@@ -1,27 +1,19 @@
 """Which link lists belong to one object."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.detect import Chain
 from evifuse.vision.primitives import PRIMITIVES, Hypothesis, Outline
 
-__all__ = ["Candidate", "candidate_of", "clusters", "group_objects"]
+__all__ = ["Candidate", "candidate_of", "group_objects"]
 
-RESOLUTION_PX = 8.0
-"""An outline so wide, in pixels of the picture, keeps 63 % of its belief (our own)."""
+RESOLUTION_PX = 20.0
+"""An outline so wide, in pixels of the picture, keeps half of its belief (our own)."""
 
 PIXEL_GRID_PX = 0.5
 """Deviation that says nothing when straight and curved hypotheses are compared, px (our own)."""
-
-NEAR = 0.15
-"""Chains belong together if the gap between their boxes is below this share of the larger extent (our own)."""
-
-MAX_CHAINS = 300
-"""In a picture with more chains everything is near something: neighbourhood says nothing."""
 
 NESTED_AREA = 12.0
 """An outline inside another of up to so many times its area is part of the same object (our own)."""
@@ -73,52 +65,25 @@ def candidate_of(outline: Outline, scale: float) -> Candidate:
         Its hypotheses are ordered, most believed first.
     """
     proposals = [h for h in (propose(outline) for propose in PRIMITIVES.values()) if h is not None]
-    resolution = 1 - float(np.exp(-outline.width / scale / RESOLUTION_PX))
+    resolution = outline.width / (outline.width + scale * RESOLUTION_PX)
+    triangle = max((_trust(h) for h in proposals if h.kind == "triangle"), default=0.0)
     weighed: list[Hypothesis] = []
     for h in proposals:
         rivals = [other.deviation for other in proposals if other.curved != h.curved]
         rivalry = 1.0
         if rivals:
             rivalry = min(1.0, (min(rivals) + PIXEL_GRID_PX) / (h.deviation + PIXEL_GRID_PX)) ** 2
-        terms = {**h.terms, "rivalry": rivalry, "resolution": resolution}
-        weighed.append(replace(h, belief=h.belief * rivalry * resolution, terms=terms))
+        simplicity = 1 - triangle if h.kind in ("rectangle", "square") else 1.0
+        factors = {"rivalry": rivalry, "simplicity": simplicity, "resolution": resolution}
+        belief = h.belief * rivalry * simplicity * resolution
+        weighed.append(replace(h, belief=belief, terms={**h.terms, **factors}))
     weighed.sort(key=lambda h: -h.belief)
     return Candidate(outline, tuple(weighed), weighed[0].belief if weighed else 0.0)
 
 
-def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:
-    """Chains that may be strokes of one outline: neighbours, few in number, none of which spans the others.
-
-    Parameters
-    ----------
-    chains : sequence of Chain
-        Edges of the picture, px.
-
-    Returns
-    -------
-    list of tuple of Chain
-        Groups of 2 to 8 chains whose boxes are closer than 15 % of the larger extent.
-    """
-    if not 2 <= len(chains) <= MAX_CHAINS:
-        return []
-    low = np.array([c.min(axis=0) for c in chains])
-    high = np.array([c.max(axis=0) for c in chains])
-    extent = (high - low).max(axis=1)
-    apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
-    near = apart <= NEAR * np.maximum(extent[:, None], extent[None])
-    groups: list[tuple[Chain, ...]] = []
-    left = set(range(len(chains)))
-    while left:
-        group, grown = set[int](), {left.pop()}
-        while grown:
-            group |= grown
-            grown = {int(j) for i in grown for j in np.flatnonzero(near[i])} - group
-        left -= group
-        members = sorted(group)
-        spans = np.ptp(np.vstack([low[members], high[members]]), axis=0)
-        if 2 <= len(members) <= 8 and not ((high - low)[members] >= 0.95 * spans).all(axis=1).any():
-            groups.append(tuple(chains[i] for i in members))
-    return groups
+def _trust(h: Hypothesis) -> float:
+    """Share of the outline that a hypothesis accounts for, and how closely."""
+    return h.terms["fit"] * h.terms["explained"] * h.terms["coverage"]
 
 
 def group_objects(candidates: list[Candidate], least: float) -> list[Candidate]:

@@ -10,18 +10,17 @@ from evifuse.belief import MassFunction
 from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
-from evifuse.vision.detect import Chain, Detector, EdgeDrawing
+from evifuse.vision.detect import Detector, EdgeDrawing
 from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.fit import FittedEdge, split_at_corners
-from evifuse.vision.geometry import perimeter
-from evifuse.vision.group import Candidate, candidate_of, clusters, group_objects
-from evifuse.vision.link import link_chain, outer_link_list
-from evifuse.vision.primitives import Hypothesis, Outline, outline_of
+from evifuse.vision.group import Candidate, candidate_of, group_objects
+from evifuse.vision.outlines import find_outlines
+from evifuse.vision.primitives import Hypothesis
 from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
 
-LEAST_BELIEF = 0.15
+LEAST_BELIEF = 0.06
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
 
 SHORTEST_PX = 24
@@ -124,17 +123,8 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candida
         In working coordinates, px.
     """
     chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
-    outlines = [_outline(c) for c in chains]
-    outlines += [outline_of(outer_link_list(group)) for group in clusters(chains)]
-    return [candidate_of(o, working.scale) for o in outlines if o is not None]
-
-
-def _outline(chain: Chain) -> Outline | None:
-    """Outline of one chain; its outer side only where it runs along both sides of a stroke."""
-    outline = outline_of(link_chain(chain))
-    if outline is not None and len(chain) > 1.3 * perimeter(outline.hull):
-        return outline_of(outer_link_list((chain,)))
-    return outline
+    outlines = find_outlines(chains)
+    return [candidate_of(o, working.scale) for o in outlines]
 
 
 def _seen(

@@ -110,7 +110,20 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     scale = float(np.clip(SHORT_SIDE_PX / min(height, width), 1.0, 4.0))
     scale = min(scale, float(np.sqrt(MAX_PIXELS / (height * width))))
     if scale != 1:
-        how = cv2.INTER_LINEAR if scale > 1 else cv2.INTER_AREA
+        how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
         grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
+    if scale > 1.5:
+        grey = cv2.GaussianBlur(grey, (0, 0), 0.5 * scale)
+    grey = _levelled(grey)
     grey = cv2.copyMakeBorder(grey, *[MARGIN_PX] * 4, cv2.BORDER_REPLICATE)
     return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale)
+
+
+def _levelled(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Grey levels as their square root, so that an edge in the shade counts as much as one in the sun.
+
+    The root makes the shot noise of a camera equally strong everywhere.
+    """
+    top = max(32.0, float(np.percentile(grey, 99.5)))
+    table = np.round(255 * np.sqrt(np.clip(np.arange(256) / top, 0, 1))).astype(np.uint8)
+    return table[grey]

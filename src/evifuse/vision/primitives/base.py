@@ -127,12 +127,12 @@ def outline_of(links: LinkList) -> Outline | None:
     inside = area(hull)
     if len(hull) < 3 or around < 12 or inside < 0.004 * around**2:
         return None
-    count = int(np.clip(around / 3, 32, 100))
+    count = int(np.clip(around / 3, 32, 64))
     width = 4 * inside / around
     return Outline(
         links=links,
         points=resample(links.points, count, links.closed),
-        hull=cv2.approxPolyDP(hull.astype(np.float32).reshape(-1, 1, 2), 0.3, True)
+        hull=cv2.approxPolyDP(hull.astype(np.float32).reshape(-1, 1, 2), max(0.5, 0.005 * around), True)
         .reshape(-1, 2)
         .astype(np.float64),
         width=width,

@@ -9,7 +9,7 @@ FULL_OPENING = 0.3
 """An arc that lacks this share of its ellipse in one piece is as open as a bracket gets (our own)."""
 
 
-def bracket_belief(match: Agreement) -> float:
+def bracket_belief(match: Agreement, tangency: float) -> float:
     """Belief in a bracket (our own).
 
     Product of fit, explained share, and opening: the longest run of the ellipse that is not seen, 0 if
@@ -20,6 +20,8 @@ def bracket_belief(match: Agreement) -> float:
     ----------
     match : Agreement
         How well the outline and the fitted ellipse agree.
+    tangency : float
+        How well the edge segments follow its direction, in [0, 1].
 
     Returns
     -------
@@ -29,7 +31,7 @@ def bracket_belief(match: Agreement) -> float:
     opening = min(1.0, match.opening / FULL_OPENING)
     rest = 1 - match.opening
     one_piece = match.coverage / rest if rest > 0 else 0.0
-    return match.fit * match.explained * opening * one_piece * min(1.0, match.coverage / 0.25)
+    return tangency * match.fit * match.explained * opening * one_piece * min(1.0, match.coverage / 0.75) ** 2
 
 
 def propose(outline: Outline) -> Hypothesis | None:
@@ -48,10 +50,10 @@ def propose(outline: Outline) -> Hypothesis | None:
     found = fit_ellipse(outline)
     if found is None:
         return None
-    ellipse, match = found
+    ellipse, match, tangency = found
     return Hypothesis(
         kind="bracket",
-        belief=bracket_belief(match),
+        belief=bracket_belief(match, tangency),
         geometry={
             "centre": list(ellipse.centre),
             "axes": list(ellipse.axes),
@@ -65,5 +67,6 @@ def propose(outline: Outline) -> Hypothesis | None:
             "explained": match.explained,
             "opening": match.opening,
             "coverage": match.coverage,
+            "tangency": tangency,
         },
     )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from evifuse.vision.geometry import distances_to_polygon
 from evifuse.vision.primitives.base import Agreement, Hypothesis, Outline, agreement
 
-__all__ = ["Ellipse", "ellipse_belief", "fit_ellipse", "propose"]
+__all__ = ["Ellipse", "ellipse_belief", "fit_ellipse", "propose", "tangency_of"]
 
 
 @dataclass(frozen=True)
@@ -49,27 +49,58 @@ class Ellipse:
         return np.column_stack([self.centre[0] + p * c - q * s, self.centre[1] + p * s + q * c])
 
 
-def ellipse_belief(match: Agreement) -> float:
+def ellipse_belief(match: Agreement, tangency: float) -> float:
     """Belief in an ellipse (our own).
 
-    Product of fit (how near the points are), explained share (how many points are near) and arc coverage
-    (how much of the ellipse is seen).
+    Product of fit (how near the points are), explained share (how many points are near), arc coverage (how
+    much of the ellipse is seen) and tangency (how well the edge segments follow its direction).
 
     Parameters
     ----------
     match : Agreement
         How well the outline and the fitted ellipse agree.
+    tangency : float
+        See `tangency_of`, in [0, 1].
 
     Returns
     -------
     float
         In [0, 1].
     """
-    return match.fit * match.explained * match.coverage
+    return match.fit * match.explained * match.coverage * tangency
+
+
+def tangency_of(outline: Outline, ellipse: Ellipse) -> float:
+    """How well the edge segments of an outline run along an ellipse (our own).
+
+    For an arc what ``|x - y| / L * (1 - sin phi)`` is for a fitted edge: the mean over the segments, weighted
+    by length, of ``1 - sin`` of the angle to the tangent; what the chord of an arc can't avoid is not
+    counted.
+
+    Parameters
+    ----------
+    outline : Outline
+        What is seen.
+    ellipse : Ellipse
+        The fitted ellipse.
+
+    Returns
+    -------
+    float
+        In [0, 1].
+    """
+    c, s = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
+    turn = np.array([[c, -s], [s, c]])
+    along = (outline.links.ends - outline.links.starts) @ turn
+    middle = ((outline.links.starts + outline.links.ends) / 2 - np.array(ellipse.centre)) @ turn
+    normal = middle / np.square(np.array(ellipse.axes))
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    off = np.abs((along * normal).sum(axis=1)) / np.maximum(lengths * np.hypot(*normal.T), 1e-12)
+    return float(lengths @ (1 - np.clip(off, 0, 1)) / max(float(lengths.sum()), 1e-12))
 
 
 @lru_cache(maxsize=4)
-def fit_ellipse(outline: Outline) -> tuple[Ellipse, Agreement] | None:
+def fit_ellipse(outline: Outline) -> tuple[Ellipse, Agreement, float] | None:
     """Ellipse of least squared algebraic distance that stays an ellipse (Fitzgibbon et al., 1999).
 
     Fitted twice: once to all points, once to the nearest 85 % of them.
@@ -81,7 +112,7 @@ def fit_ellipse(outline: Outline) -> tuple[Ellipse, Agreement] | None:
 
     Returns
     -------
-    tuple of Ellipse and Agreement, or None
+    tuple of Ellipse, Agreement and tangency, or None
         None if the points lie on no ellipse of a size comparable with the outline.
     """
     first = _direct(outline.points)
@@ -93,10 +124,10 @@ def fit_ellipse(outline: Outline) -> tuple[Ellipse, Agreement] | None:
     second = _direct(outline.points[keep])
     if second is not None:
         other = agreement(outline, second.polygon())
-        if ellipse_belief(other) > ellipse_belief(match):
+        if ellipse_belief(other, 1.0) > ellipse_belief(match, 1.0):
             best, match = second, other
     extent = float(np.ptp(outline.hull, axis=0).max())
-    return None if best.axes[0] > 3 * extent else (best, match)
+    return None if best.axes[0] > 3 * extent else (best, match, tangency_of(outline, best))
 
 
 def _direct(points: NDArray[np.float64]) -> Ellipse | None:
@@ -129,10 +160,10 @@ def propose(outline: Outline) -> Hypothesis | None:
     found = fit_ellipse(outline)
     if found is None:
         return None
-    ellipse, match = found
+    ellipse, match, tangency = found
     return Hypothesis(
         kind="ellipse",
-        belief=ellipse_belief(match),
+        belief=ellipse_belief(match, tangency),
         geometry={
             "centre": list(ellipse.centre),
             "axes": list(ellipse.axes),
@@ -141,5 +172,10 @@ def propose(outline: Outline) -> Hypothesis | None:
         shape=ellipse.polygon(),
         deviation=match.deviation,
         curved=True,
-        terms={"fit": match.fit, "explained": match.explained, "coverage": match.coverage},
+        terms={
+            "fit": match.fit,
+            "explained": match.explained,
+            "coverage": match.coverage,
+            "tangency": tangency,
+        },
     )
