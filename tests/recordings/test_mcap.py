@@ -27,11 +27,13 @@ def loaded(path: Path) -> list[tuple[str, int, object]]:
         return [(c.topic, time, reader.deserialize(raw, c.msgtype)) for c, time, raw in reader.messages()]
 
 
-def stored(path: Path, entries, *, kinds=messages.TOPIC_TYPES, compression=CompressionType.LZ4) -> Path:
+def stored(
+    path: Path, entries, *, kinds=messages.TOPIC_TYPES, compression=CompressionType.LZ4, checksums=True
+) -> Path:
     """Write messages with the bare MCAP library; every topic of ``kinds`` is there, even empty."""
     store = messages.typestore()
     with path.open("wb") as stream:
-        writer = RawWriter(stream, chunk_size=2000, compression=compression)
+        writer = RawWriter(stream, chunk_size=2000, compression=compression, enable_crcs=checksums)
         writer.start(profile="ros2", library="test")
         channels = {}
         for topic, kind in kinds.items():
@@ -278,6 +280,32 @@ def test_a_flipped_byte_is_noticed(tmp_path):
         (tmp_path / "f.mcap").write_bytes(bytes(changed))
         with pytest.raises(RecordingError, match=r"f\.mcap"):
             read_scene(tmp_path / "f.mcap")
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+def test_damage_without_checksums_is_an_error_or_another_valid_recording(tmp_path, entries, compression):
+    file = stored(tmp_path / "w.mcap", without(entries, IMAGE), compression=compression, checksums=False)
+    whole = file.read_bytes()
+    rng = np.random.default_rng(7)
+    refused: list[str] = []
+    for _ in range(80):
+        changed = bytearray(whole)
+        for place in rng.integers(8, len(whole), 3):
+            changed[place] = rng.integers(256)
+        file.write_bytes(bytes(changed))
+        try:
+            assert np.isfinite(read_touch(file, partial=True).pressure_pa).all()
+        except RecordingError as error:
+            refused.append(str(error))
+    assert refused
+    assert not any("\n" in message for message in refused)
+
+
+def test_huge_numbers_are_refused_in_one_line(tmp_path, entries):
+    huge = altered(entries, TAXELS, 0, values=np.full(5, 3e38, np.float32))
+    huge = [(t, i, replace(m, unit="N", area=1e-300) if t == TAXELS else m) for t, i, m in huge]
+    with pytest.raises(RecordingError, match="infinite at row 0"):
+        read_touch(stored(tmp_path / "h.mcap", huge))
 
 
 @pytest.mark.parametrize(

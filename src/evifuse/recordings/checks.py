@@ -135,7 +135,8 @@ def unit(vectors: NDArray[np.float64], what: str, name: str) -> NDArray[np.float
     RecordingError
         If one is longer or shorter.
     """
-    length = np.linalg.norm(vectors, axis=-1)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(vectors, axis=-1)
     wrong = np.flatnonzero(np.abs(length - 1) > 0.01)
     if len(wrong):
         raise RecordingError(

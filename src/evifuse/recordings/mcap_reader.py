@@ -64,7 +64,15 @@ class Topic:
         read = typestore().deserialize_cdr
         try:
             return [read(data, self.kind) for data in self.data]
-        except (SerdeError, struct.error, ValueError, IndexError, AssertionError, MemoryError) as error:
+        except (
+            SerdeError,
+            struct.error,
+            ValueError,
+            IndexError,
+            AssertionError,
+            OverflowError,
+            MemoryError,
+        ) as error:
             raise RecordingError(f"{where}: a message on {self.name} is not a valid {self.kind}") from error
 
 
@@ -104,8 +112,6 @@ def read_raw(path: str | os.PathLike[str]) -> RawRecording:
     RecordingError
         If the file can't be opened, is empty or is not an MCAP file.
     """
-    from mcap.exceptions import McapError
-
     path = Path(path)
     topics: dict[str, Topic] = {}
     damage = ""
@@ -121,9 +127,8 @@ def read_raw(path: str | os.PathLike[str]) -> RawRecording:
             stream.seek(0)
             try:
                 _collect(_records(stream, size), topics)
-            except _damages() as error:
-                cut = isinstance(error, (McapError, struct.error))
-                damage = "the file is cut off or damaged" if cut else f"the file is damaged ({error})"
+            except _damages():
+                damage = "the file is cut off or damaged"
     except OSError as error:
         raise RecordingError(f"{path}: can't read the file: {error.strerror or error}") from error
     return RawRecording(topics, damage)
@@ -134,7 +139,8 @@ def _damages() -> tuple[type[Exception], ...]:
     import zstandard
     from mcap.exceptions import McapError
 
-    return (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, KeyError, MemoryError)
+    values = (ValueError, KeyError, OverflowError)  # ValueError: wrong checksums and broken text too
+    return (McapError, zstandard.ZstdError, struct.error, RuntimeError, MemoryError, *values)
 
 
 def _records(stream: Any, size: int) -> Iterator[Any]:

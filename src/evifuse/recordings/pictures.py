@@ -91,8 +91,11 @@ def _image(message: Any, name: str) -> NDArray[np.uint8]:
         )
     decoded = None
     if content and not is_truncated(content):
+        level = cv2.utils.logging.getLogLevel()
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         with suppress(cv2.error):
             decoded = cv2.imdecode(data, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+        cv2.utils.logging.setLogLevel(level)
     if decoded is None:  # pyright: ignore[reportUnnecessaryComparison]
         raise RecordingError(f"{where} is broken or not PNG or JPEG: record it again")
     try:

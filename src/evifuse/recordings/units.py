@@ -52,8 +52,13 @@ def to_pascal(
             raise RecordingError(
                 f"{name}: taxel values in N need the area of a taxel in m^2: give it, or use Pa"
             )
-        return (values - offset) / area_m2
+        return _scaled(values - offset, 1 / area_m2)
     if unit not in PRESSURE_UNITS:
         accepted = ", ".join([*PRESSURE_UNITS, "N with the taxel's area"])
         raise RecordingError(f"{name}: unknown unit {unit!r} of the taxel values: use one of {accepted}")
-    return (values - offset) * PRESSURE_UNITS[unit]
+    return _scaled(values - offset, PRESSURE_UNITS[unit])
+
+
+def _scaled(values: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+    with np.errstate(over="ignore"):  # infinity is refused with the rest of the checks
+        return values * factor

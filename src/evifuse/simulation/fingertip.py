@@ -11,6 +11,9 @@ from evifuse.simulation.surfaces import Surface
 
 __all__ = ["Skin", "grid_fingertip", "pressures"]
 
+CAP_RAD = np.deg2rad(40)
+"""Angle between the pole of the fingertip and its outermost taxels."""
+
 
 @dataclass(frozen=True)
 class Skin:
@@ -29,9 +32,7 @@ class Skin:
     spread_m: float = 0.35e-3
 
 
-def grid_fingertip(
-    radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: float = np.deg2rad(40)
-) -> Fingertip:
+def grid_fingertip(radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: float = CAP_RAD) -> Fingertip:
     """A spherical fingertip with a nearly square grid of taxels around its pole.
 
     The grid is square in the azimuthal equidistant projection, so arcs from the pole keep their length.

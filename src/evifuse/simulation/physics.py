@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.errors import MissingExtraError
-from evifuse.simulation.surfaces import Surface
+from evifuse.simulation.surfaces import Surface, Triple
 
 __all__ = ["FingerWorld", "load_mujoco"]
 
@@ -114,38 +114,27 @@ class FingerWorld:
         """Orientation of the fingertip in the world frame, shape (4,)."""
         return self._data.qpos[[4, 5, 6, 3]]
 
-    def step(self, binormal: NDArray[np.float64], speed_rad_per_s: float) -> None:
+    def step(self, binormal: Triple, speed_rad_per_s: float) -> None:
         """Press and roll for one physics step.
 
         Parameters
         ----------
-        binormal : ndarray of float64, shape (3,)
+        binormal : tuple of float
             Unit normal of the vertical plane in which the finger is to roll, world frame: surface normal at
             the site x commanded direction.
         speed_rad_per_s : float
             Commanded speed of the joint.
         """
         data = self._data
-        nearest, normals = self._surface.nearest(data.qpos[None, :3])
-        normal = normals[0]
-        data.mocap_pos[0] = nearest[0]
-        data.mocap_quat[0] = _from_z_to(normal)
-        axis = _cross(normal, _cross(binormal, normal))
-        axis *= speed_rad_per_s / math.sqrt(axis @ axis)
+        nearest, (nx, ny, nz) = self._surface.nearest_one(*data.qpos[:3].tolist())
+        data.mocap_pos[0] = nearest
+        scale = math.sqrt(2.0 * (1.0 + nz))  # shortest rotation from +z to the normal
+        data.mocap_quat[0] = (scale / 2, -ny / scale, nx / scale, 0.0)
+        bx, by, bz = binormal
+        along = bx * nx + by * ny + bz * nz
+        ax, ay, az = bx - along * nx, by - along * ny, bz - along * nz
+        speed = speed_rad_per_s / math.sqrt(ax * ax + ay * ay + az * az)
         turning = data.xmat[_FINGER].reshape(3, 3) @ data.qvel[3:6]
-        data.xfrc_applied[_FINGER, :3] = -PRESS_N * normal
-        data.xfrc_applied[_FINGER, 3:] = self._joint_gain * (axis - turning)
+        data.xfrc_applied[_FINGER, :3] = (-PRESS_N * nx, -PRESS_N * ny, -PRESS_N * nz)
+        data.xfrc_applied[_FINGER, 3:] = self._joint_gain * ((speed * ax, speed * ay, speed * az) - turning)
         self._mujoco.mj_step(self._model, data)
-
-
-def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cross product of two 3-vectors; `numpy.cross` costs five times as much for a single pair."""
-    (a, b, c), (d, e, f) = u.tolist(), v.tolist()
-    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
-
-
-def _from_z_to(normal: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Shortest rotation from +z to a unit vector that does not point straight down, MuJoCo's ``wxyz``."""
-    x, y, z = normal.tolist()
-    scale = (2.0 * (1.0 + z)) ** 0.5
-    return scale / 2, -y / scale, x / scale, 0.0

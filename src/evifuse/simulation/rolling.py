@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.recordings import rotation
-from evifuse.simulation.physics import FingerWorld
+from evifuse.simulation.fingertip import CAP_RAD
+from evifuse.simulation.physics import COVER_M, FingerWorld
 from evifuse.simulation.surfaces import Surface
 
 __all__ = ["Motion", "Procedure", "roll_finger"]
@@ -28,8 +29,9 @@ class Procedure:
     ----------
     directions_rad : tuple of float
         Directions of the rolls at every site, from the world x axis towards y, radians.
-    arc_m : float
-        Length of the contact's way along each roll, metres.
+    arc_rad : float
+        Length of the contact's way along each roll, over the radius of the fingertip. Where the patch of
+        contact is so wide that it would leave the taxels, the way is shorter.
     roll_s, lower_s, settle_s, lift_s, transfer_s : float
         Duration of each phase, seconds.
     clearance_m : float
@@ -39,7 +41,7 @@ class Procedure:
     """
 
     directions_rad: tuple[float, ...] = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)
-    arc_m: float = 0.010
+    arc_rad: float = 0.9
     roll_s: float = 0.9
     lower_s: float = 0.1
     settle_s: float = 0.05
@@ -147,11 +149,14 @@ def _start(
     position = point + radius_m * normal
     tilt = rotation.about_axis(*_axis_and_angle(np.array([0.0, 0.0, 1.0]), normal))
     if place is None:
-        half = procedure.arc_m / 2 / radius_m
+        half = procedure.arc_rad / 2
         turned = rotation.multiply(rotation.about_axis(binormal, -half), tilt)
         return _Start(position, turned, normal, binormal, half, solid=False)
-    turning = 1 / radius_m - float(along @ surface.curvature_tensor(point) @ along)
-    half = procedure.arc_m / 2 * turning
+    # without slip, a turn of the finger moves the contact by (1/a - S)^-1 times it
+    relative = np.eye(3) / radius_m - surface.curvature_tensor(point)
+    patch = np.sqrt(2 * COVER_M / np.linalg.eigvalsh(relative)[0])
+    reach = min(radius_m * procedure.arc_rad / 2, radius_m * CAP_RAD - patch)
+    half = reach / float(np.linalg.norm(np.linalg.solve(relative, along)))
     steps = 100
     orientation = tilt
     for _ in range(steps):
@@ -240,9 +245,11 @@ def _on_surface(
 ) -> Motion:
     speeds = _speeds(start, procedure, rate_hz, substeps).reshape(-1, substeps)
     position, orientation = np.empty((len(speeds), 3)), np.empty((len(speeds), 4))
+    x, y, z = start.binormal.tolist()
+    binormal = (x, y, z)
     for i, sample in enumerate(speeds.tolist()):
         for speed in sample:
-            world.step(start.binormal, speed)
+            world.step(binormal, speed)
         position[i], orientation[i] = world.position_m, world.orientation_xyzw
     angle = _joint_angle(surface, position, orientation) - start.half_angle_rad
     return Motion(position, orientation, angle, np.full(len(speeds), number))
