@@ -95,7 +95,7 @@ def _rectangle(length_m: float, width_m: float, height_m: float) -> NDArray[np.f
     return np.column_stack([corners * [length_m, width_m], np.full(4, height_m)])
 
 
-def _arc(start_rad: float, end_rad: float, radius_m: float, steps: int = 96) -> NDArray[np.float64]:
+def _arc(start_rad: float, end_rad: float, radius_m: float, steps: int = 64) -> NDArray[np.float64]:
     angle = np.linspace(start_rad, end_rad, steps)
     return radius_m * np.column_stack([np.sin(angle), np.cos(angle)])
 

@@ -155,7 +155,7 @@ def simulate(
     kind = surface(name, **dimensions)
     procedure = procedure or Procedure()
     noise = noise or Noise()
-    sites = sites or kind.sites
+    sites = kind.sites if sites is None else sites
     _check(kind, fingertip_radius_m, rate_hz, sites)
     for_touch, for_picture = np.random.default_rng(seed).spawn(2)
     motion = roll_finger(kind, fingertip_radius_m, sites, procedure, rate_hz)
@@ -172,8 +172,12 @@ def _check(kind: Surface, radius_m: float, rate_hz: float, sites: tuple[tuple[fl
         raise UsageError(f"the sampling rate must be at least 100 Hz, not {rate_hz:g}")
     if not 0 < radius_m <= 0.1:
         raise UsageError(f"the fingertip's radius must be in (0, 0.1] m, not {radius_m:g}")
+    if not sites:
+        raise UsageError("at least one site is needed: give its x and y")
     for x, y in sites:
         point = kind.above(x, y)
+        if point is None and kind.category != "occluded":
+            raise UsageError(f"site ({x:g}, {y:g}) m is beside the {kind.name}: choose a place on it")
         room = getattr(kind, "radius_m", np.inf)
         if point is not None:
             k1 = kind.principal_curvatures(point)[0]
