@@ -98,7 +98,9 @@ def interval(right: int, count: int) -> tuple[float, float]:
     return float(middle - half), float(middle + half)
 
 
-def accuracy(items: list[tuple[str, Image, str]], change: Callable[[Image, np.random.Generator], Image]) -> dict:
+def accuracy(
+    items: list[tuple[str, Image, str]], change: Callable[[Image, np.random.Generator], Image]
+) -> dict:
     from evifuse.vision import sense_shapes
 
     rng = np.random.default_rng(SEED)
@@ -181,7 +183,9 @@ def main() -> None:
     options = parser.parse_args()
     results: dict[str, dict] = {}
     sources = {"drawings": drawings, "crops": sign_crops}
-    print(f"{'':22}{'right':>7}  {'95 % interval':15}{'n':>5}{'ms':>7}  rect. / triang. / ellipt.   frame: known, other")
+    print(
+        f"{'':22}{'right':>7}  {'95 % interval':15}{'n':>5}{'ms':>7}  rect. / triang. / ellipt.   frame: known, other"
+    )
     for source, read in sources.items():
         if options.only not in (None, source):
             continue

@@ -6,10 +6,14 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Chain", "Detector", "EdgeDrawing", "noise_level"]
+__all__ = ["Chain", "Detector", "NOISE_GRADIENT", "EdgeDrawing", "noise_level"]
 
 Chain: TypeAlias = NDArray[np.float64]
 """Edge points in order along an edge, shape (N, 2), (x, y) in px; pixel centres are whole numbers."""
+
+
+NOISE_GRADIENT = 4.0
+"""Gradient that noise of one grey level causes now and then, after smoothing with 1 px (our own, measured)."""
 
 
 class Detector(Protocol):
@@ -45,15 +49,16 @@ class EdgeDrawing:
         Standard deviation of the Gaussian smoothing, px; at least 1.
     lowest_threshold : float
         Gradient threshold of a picture without noise, grey levels (sum of both Prewitt responses).
-    threshold_per_noise : float
-        What each grey level of noise adds to the threshold.
+    noise_gradient : float or None
+        Gradient that the noise of the picture causes, in the same units; it is added to the threshold. Estimated
+        from the picture without it, which is right only for a picture that was not enlarged.
     shortest_px : int
         Chains of fewer points are dropped, px.
     """
 
     smoothing_px: float = 1.0
     lowest_threshold: float = 16.0
-    threshold_per_noise: float = 4.0
+    noise_gradient: float | None = None
     shortest_px: int = 10
 
     def __call__(self, grey: NDArray[np.uint8]) -> tuple[Chain, ...]:
@@ -74,8 +79,8 @@ class EdgeDrawing:
         detector = cv2.ximgproc.createEdgeDrawing()
         settings = _settings()
         settings.Sigma = max(1.0, self.smoothing_px)
-        threshold = self.lowest_threshold + self.threshold_per_noise * noise_level(grey)
-        settings.GradientThresholdValue = int(min(threshold, 200.0))
+        noise = NOISE_GRADIENT * noise_level(grey) if self.noise_gradient is None else self.noise_gradient
+        settings.GradientThresholdValue = int(min(self.lowest_threshold + noise, 250.0))
         settings.MinPathLength = self.shortest_px
         settings.NFAValidation = True
         detector.setParams(settings)

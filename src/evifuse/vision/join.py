@@ -164,7 +164,7 @@ def joined_paths(pieces: list[Piece]) -> list[tuple[tuple[Chain, ...], bool]]:
 
 
 def _links(nodes: list[Piece], twin: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cost and turn of a link edge from the end of each piece to the start of each other; infinite if none."""
+    """Cost and turn of the link edge from the end of each piece to the start of each; infinite if none."""
     starts, ends = np.array([p.points[0] for p in nodes]), np.array([p.points[-1] for p in nodes])
     first, last = np.array([p.first for p in nodes]), np.array([p.last for p in nodes])
     lengths = np.array([len(p.points) for p in nodes], dtype=np.float64)

@@ -13,7 +13,7 @@ from evifuse.vision.primitives import Outline, outline_of
 __all__ = ["clusters", "find_outlines"]
 
 NEAR = 0.15
-"""Chains belong together if the gap between their boxes is below this share of the larger extent (our own)."""
+"""Chains belong together if their boxes are closer than this share of the larger extent (our own)."""
 
 MAX_CHAINS = 300
 """In a picture with more chains everything is near something: neighbourhood says nothing."""

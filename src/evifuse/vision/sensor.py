@@ -20,7 +20,7 @@ from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
 
-LEAST_BELIEF = 0.06
+LEAST_BELIEF = 0.08
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
 
 SHORTEST_PX = 24
@@ -102,7 +102,9 @@ def sense_shapes(
     picture = as_image(image)
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
-    candidates = find_candidates(working, EdgeDrawing() if detector is None else detector)
+    if detector is None:
+        detector = EdgeDrawing(noise_gradient=working.noise_gradient)
+    candidates = find_candidates(working, detector)
     chosen = group_objects(candidates, LEAST_BELIEF)
     return tuple(_seen(c, working, kb, (picture.shape[1], picture.shape[0])) for c in chosen)
 
@@ -140,7 +142,7 @@ def _seen(
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Whole pixels x, y, width, height that the upper left and lower right corner span, inside the picture."""
+    """Whole pixels x, y, width, height that two opposite corners span, inside the picture."""
     x0, y0 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[0], size, strict=True))
     x1, y1 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[1], size, strict=True))
     return x0, y0, x1 - x0 + 1, y1 - y0 + 1

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.vision.detect import NOISE_GRADIENT, noise_level
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.primitives import Geometry, Hypothesis
 
@@ -15,6 +16,9 @@ SHORT_SIDE_PX = 240
 
 MAX_PIXELS = 4_000_000
 """Pictures with more pixels are reduced (our own)."""
+
+ENLARGED_NOISE_GRADIENT = 10.0
+"""As `NOISE_GRADIENT`, times the scale, for a picture that is enlarged and smoothed (our own, measured)."""
 
 MARGIN_PX = 8
 """The picture is continued by so much on every side, so that outlines near its border are whole."""
@@ -30,10 +34,13 @@ class WorkingPicture:
         With the margin.
     scale : float
         Working pixels per pixel of the picture.
+    noise_gradient : float
+        Gradient that the noise of the picture causes in it, grey levels (sum of both Prewitt responses).
     """
 
     grey: NDArray[np.uint8]
     scale: float
+    noise_gradient: float
 
     def point(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Working coordinates as picture coordinates.
@@ -109,14 +116,15 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     height, width = grey.shape
     scale = float(np.clip(SHORT_SIDE_PX / min(height, width), 1.0, 4.0))
     scale = min(scale, float(np.sqrt(MAX_PIXELS / (height * width))))
+    grey = _levelled(grey)
+    noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
     if scale != 1:
         how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
         grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
     if scale > 1.5:
         grey = cv2.GaussianBlur(grey, (0, 0), 0.5 * scale)
-    grey = _levelled(grey)
     grey = cv2.copyMakeBorder(grey, *[MARGIN_PX] * 4, cv2.BORDER_REPLICATE)
-    return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale)
+    return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale, noise)
 
 
 def _levelled(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
