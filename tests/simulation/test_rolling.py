@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from evifuse.simulation import simulate
 from evifuse.simulation.fingertip import Skin, grid_fingertip, pressures
-from evifuse.simulation.rolling import Procedure
+from evifuse.simulation.procedure import Procedure
 from evifuse.simulation.surfaces import surface
 
 RADIUS_M = 0.01

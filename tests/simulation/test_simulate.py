@@ -8,7 +8,7 @@ from evifuse.errors import MissingExtraError, UsageError
 from evifuse.recordings import read_scene, write_scene
 from evifuse.recordings.checks import checked_touch
 from evifuse.simulation import SURFACES, Noise, simulate
-from evifuse.simulation.rolling import Procedure
+from evifuse.simulation.procedure import Procedure
 from tests.recordings.made import assert_same_touch
 
 QUICK = Procedure(directions_rad=(0.0, 1.0), roll_s=0.2)

@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.simulation.surfaces import Bowl, Cylinder, Hole, Plane, Saddle, Sphere, Surface, Trough
+from evifuse.simulation.flat import Hole, Plane
+from evifuse.simulation.round import Bowl, Cylinder, Sphere, Trough
+from evifuse.simulation.saddle import Saddle
+from evifuse.simulation.surface import Surface
 
 __all__ = ["Body", "body"]
 

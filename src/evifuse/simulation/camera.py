@@ -12,7 +12,7 @@ from evifuse.recordings import rotation
 from evifuse.recordings.recording import Camera
 from evifuse.simulation.bodies import Body, body
 from evifuse.simulation.physics import load_mujoco
-from evifuse.simulation.surfaces import Surface
+from evifuse.simulation.surface import Surface
 
 __all__ = ["look_at", "photograph"]
 

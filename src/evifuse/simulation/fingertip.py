@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Fingertip
-from evifuse.simulation.surfaces import Surface
+from evifuse.simulation.surface import Surface
 
 __all__ = ["Skin", "grid_fingertip", "pressures"]
 

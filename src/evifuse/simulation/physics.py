@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.errors import MissingExtraError
-from evifuse.simulation.surfaces import Surface, Triple
+from evifuse.simulation.surface import Surface, Triple
 
 __all__ = ["FingerWorld", "load_mujoco"]
 

@@ -1,7 +1,4 @@
-"""The exploratory procedure: at every site the finger is lowered, rolled and lifted, once per direction.
-
-Section 4.1.4 rolls the finger along several meridian planes; the choreography around it is our own.
-"""
+"""The exploratory procedure: at every site the finger is lowered, rolled and lifted, once per direction."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,45 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.recordings import rotation
-from evifuse.simulation.fingertip import CAP_RAD
-from evifuse.simulation.physics import COVER_M, FingerWorld
-from evifuse.simulation.surfaces import Surface
+from evifuse.simulation.physics import FingerWorld
+from evifuse.simulation.procedure import Procedure, Start, roll_start
+from evifuse.simulation.surface import Surface
 
-__all__ = ["Motion", "Procedure", "roll_finger"]
+__all__ = ["Motion", "roll_finger"]
 
 Vector = NDArray[np.float64]
 Pose = tuple[Vector, Vector, float]
 """Centre, orientation and joint angle of the finger."""
-
-
-@dataclass(frozen=True)
-class Procedure:
-    """How the finger explores.
-
-    Parameters
-    ----------
-    directions_rad : tuple of float
-        Directions of the rolls at every site, from the world x axis towards y, radians.
-    arc_rad : float
-        Length of the contact's way along each roll, over the radius of the fingertip. Where the patch of
-        contact is so wide that it would leave the taxels, the way is shorter.
-    roll_s, lower_s, settle_s, lift_s, transfer_s : float
-        Duration of each phase, seconds.
-    clearance_m : float
-        Height to which the finger is lifted, metres.
-    depth_m : float
-        How far below the expected surface the finger goes before it gives up, metres.
-    """
-
-    directions_rad: tuple[float, ...] = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)
-    arc_rad: float = 0.9
-    roll_s: float = 0.9
-    lower_s: float = 0.1
-    settle_s: float = 0.05
-    lift_s: float = 0.08
-    transfer_s: float = 0.12
-    clearance_m: float = 0.005
-    depth_m: float = 0.008
 
 
 @dataclass(frozen=True)
@@ -71,18 +38,6 @@ class Motion:
     orientation_xyzw: Vector
     joint_angle_rad: Vector
     phase: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class _Start:
-    """Where a roll begins."""
-
-    position_m: Vector
-    orientation_xyzw: Vector
-    normal: Vector
-    binormal: Vector
-    half_angle_rad: float
-    solid: bool
 
 
 def roll_finger(
@@ -116,7 +71,7 @@ def roll_finger(
     world = FingerWorld(surface, radius_m, 1 / (rate_hz * substeps))
     pieces: list[Motion] = []
     starts = [
-        _start(surface, radius_m, site, angle, procedure)
+        roll_start(surface, radius_m, site, angle, procedure)
         for site in sites
         for angle in procedure.directions_rad
     ]
@@ -132,54 +87,7 @@ def roll_finger(
     )
 
 
-def _start(
-    surface: Surface, radius_m: float, site: tuple[float, float], angle_rad: float, procedure: Procedure
-) -> _Start:
-    """Roll back in thought from the site, without slip, to where the roll must begin.
-
-    At the site the pole of the fingertip points into the surface.
-    """
-    place = surface.above(*site)
-    point = np.array([*site, 0.0]) if place is None else place
-    normal = np.array([0.0, 0.0, 1.0]) if place is None else surface.nearest(point[None])[1][0]
-    heading = np.array([np.cos(angle_rad), np.sin(angle_rad), 0.0])
-    binormal = np.cross(normal, heading)
-    binormal /= np.linalg.norm(binormal)
-    along = np.cross(binormal, normal)
-    position = point + radius_m * normal
-    tilt = rotation.about_axis(*_axis_and_angle(np.array([0.0, 0.0, 1.0]), normal))
-    if place is None:
-        half = procedure.arc_rad / 2
-        turned = rotation.multiply(rotation.about_axis(binormal, -half), tilt)
-        return _Start(position, turned, normal, binormal, half, solid=False)
-    # without slip, a turn of the finger moves the contact by (1/a - S)^-1 times it
-    relative = np.eye(3) / radius_m - surface.curvature_tensor(point)
-    patch = np.sqrt(2 * COVER_M / np.linalg.eigvalsh(relative)[0])
-    reach = min(radius_m * procedure.arc_rad / 2, radius_m * CAP_RAD - patch)
-    half = reach / float(np.linalg.norm(np.linalg.solve(relative, along)))
-    steps = 100
-    orientation = tilt
-    for _ in range(steps):
-        along = np.cross(binormal, normal)
-        axis = np.cross(normal, along)
-        axis /= np.linalg.norm(axis)
-        position = position - np.cross(axis, normal) * radius_m * half / steps
-        orientation = rotation.multiply(rotation.about_axis(axis, -half / steps), orientation)
-        nearest, normals = surface.nearest(position[None])
-        normal = normals[0]
-        position = nearest[0] + radius_m * normal
-    return _Start(position, orientation, normal, binormal, half, solid=True)
-
-
-def _axis_and_angle(start: Vector, end: Vector) -> tuple[Vector, float]:
-    axis = np.cross(start, end)
-    sine = float(np.linalg.norm(axis))
-    if sine < 1e-12:
-        return np.array([1.0, 0.0, 0.0]), 0.0
-    return axis / sine, float(np.arctan2(sine, start @ end))
-
-
-def _above(start: _Start, height_m: float) -> Pose:
+def _above(start: Start, height_m: float) -> Pose:
     return start.position_m + height_m * start.normal, start.orientation_xyzw, -start.half_angle_rad
 
 
@@ -190,7 +98,7 @@ def _end(piece: Motion) -> Pose:
 def _one_roll(
     world: FingerWorld,
     surface: Surface,
-    start: _Start,
+    start: Start,
     pose: Pose,
     number: int,
     procedure: Procedure,
@@ -225,7 +133,7 @@ def _through_air(start: Pose, end: Pose, seconds: float, rate_hz: float) -> Moti
     return Motion(position, orientation, angle, np.full(count, -1))
 
 
-def _speeds(start: _Start, procedure: Procedure, rate_hz: float, substeps: int) -> Vector:
+def _speeds(start: Start, procedure: Procedure, rate_hz: float, substeps: int) -> Vector:
     """Commanded joint speed at every physics step: settle, then speed up, roll and slow down."""
     settle = round(procedure.settle_s * rate_hz) * substeps
     roll = round(procedure.roll_s * rate_hz) * substeps
@@ -237,7 +145,7 @@ def _speeds(start: _Start, procedure: Procedure, rate_hz: float, substeps: int) 
 def _on_surface(
     world: FingerWorld,
     surface: Surface,
-    start: _Start,
+    start: Start,
     number: int,
     procedure: Procedure,
     rate_hz: float,
@@ -271,7 +179,7 @@ def _joint_angle(surface: Surface, position_m: Vector, orientation_xyzw: Vector)
     return np.concatenate([[0.0], np.cumsum(np.einsum("ij,ij->i", turn, middle))])
 
 
-def _in_vain(low: Vector, start: _Start, procedure: Procedure, rate_hz: float) -> Motion:
+def _in_vain(low: Vector, start: Start, procedure: Procedure, rate_hz: float) -> Motion:
     """Where nothing is met the joint turns the finger on the spot."""
     speeds = _speeds(start, procedure, rate_hz, 1)
     angle = np.cumsum(speeds) / rate_hz

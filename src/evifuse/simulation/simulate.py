@@ -10,8 +10,10 @@ from evifuse.recordings import rotation
 from evifuse.recordings.recording import Scene, TouchRecording
 from evifuse.simulation.camera import photograph
 from evifuse.simulation.fingertip import Skin, grid_fingertip, pressures
-from evifuse.simulation.rolling import Motion, Procedure, roll_finger
-from evifuse.simulation.surfaces import Surface, surface
+from evifuse.simulation.procedure import Procedure
+from evifuse.simulation.rolling import Motion, roll_finger
+from evifuse.simulation.surface import Surface
+from evifuse.simulation.surfaces import surface
 
 __all__ = ["Noise", "SimulatedScene", "SiteTruth", "Truth", "simulate"]
 
