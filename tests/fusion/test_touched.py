@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evifuse.errors import UsageError
-from evifuse.fusion import find_touched, overlap, project
+from evifuse.fusion import Touched, find_touched, overlap, project
 from evifuse.recordings.recording import Camera
 
 LEFT, RIGHT, INNER = (0.0, 0.0, 100.0, 100.0), (200.0, 0.0, 100.0, 100.0), (20.0, 20.0, 40.0, 40.0)
@@ -67,5 +67,5 @@ def test_without_a_place_the_most_believed_is_taken_and_said() -> None:
     assert "2 objects and there is no camera pose" in several.warning
     assert "--box" in several.warning
     assert "no contact" in (find_touched([RIGHT, LEFT], camera=CAMERA).warning or "")
-    assert find_touched([RIGHT]) == (0, None, None)
-    assert find_touched([]) == (None, None, None)
+    assert find_touched([RIGHT]) == Touched(0, None, None)
+    assert find_touched([]) == Touched(None, None, None)

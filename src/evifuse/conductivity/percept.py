@@ -25,5 +25,11 @@ class Percept(Protocol):
         ...
 
     def to_json(self) -> dict[str, Any]:
-        """The percept and the trace of what was seen on the way, as plain values."""
+        """The percept and the trace of what was seen on the way, as plain values.
+
+        Returns
+        -------
+        dict
+            Ready for JSON; lengths in metres, angles in radians, places in pictures in px.
+        """
         ...

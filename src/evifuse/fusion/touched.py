@@ -1,7 +1,7 @@
 """Which object of a picture the finger touched: the contact projected into it, or a given box."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,8 @@ Box = tuple[float, float, float, float]
 """A pixel box ``(x, y, width, height)`` with the origin at the top left corner of the image."""
 
 
-class Touched(NamedTuple):
+@dataclass(frozen=True)
+class Touched:
     """Which object was touched, and what had to be assumed.
 
     Parameters

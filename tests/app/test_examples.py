@@ -1,0 +1,25 @@
+"""The numbered examples run and print what their texts promise."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
+PROMISES = {
+    "01_belief.py": ["rectangle: bel 0.60, pl 1.00"],
+    "02_conductivity.py": ["decision:     triangular", "elliptical/E_2: weak"],
+    "03_fusion.py": ["truth:      curved", "decision:   curved"],
+}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
+def test_example(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(path), run_name="__main__")
+    printed = capsys.readouterr().out
+    for promise in PROMISES[path.name]:
+        assert promise in printed
+
+
+def test_there_are_three_at_least() -> None:
+    assert len(EXAMPLES) >= 3
