@@ -74,6 +74,7 @@ def test_parts_of_a_scene_come_back(tmp_path, missing):
     write_scene(tmp_path / "s.mcap", scene)
     again = read_scene(tmp_path / "s.mcap")
     assert getattr(again, missing) is None
+    assert (again.camera is None) == (missing != "touch")
     assert (again.image is None) == (scene.image is None)
     assert (again.touch is None) == (scene.touch is None)
 

@@ -174,6 +174,13 @@ def test_writers_refuse_what_they_can_not_store(tmp_path):
         write_scene(tmp_path / "t.csv", made_scene())
     with pytest.raises(RecordingError, match="neither"):
         write_scene(tmp_path / "t.mcap", Scene(None, None, None))
+    with pytest.raises(RecordingError, match="camera is for 64x48 px"):
+        write_scene(tmp_path / "t.mcap", replace(made_scene(), image=made_scene().image[:20]))
+    with pytest.raises(ImageError):
+        write_scene(tmp_path / "t.mcap", replace(made_scene(), image=np.full((48, 64), np.nan)))
+    for shift in (-made_touch().time_ns[0] - 1, 2**61):
+        with pytest.raises(RecordingError, match="between 1970 and 2038"):
+            write_touch(tmp_path / "t.mcap", replace(made_touch(), time_ns=made_touch().time_ns + shift))
     bad = replace(made_touch(), time_ns=made_touch().time_ns[::-1])
     for suffix in (".mcap", ".csv", ".npz"):
         with pytest.raises(RecordingError, match="does not increase"):

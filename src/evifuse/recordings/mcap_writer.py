@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from numpy.typing import NDArray
 from evifuse.errors import RecordingError
 from evifuse.recordings import messages
 from evifuse.recordings.atomic import replacing
+from evifuse.recordings.images import as_image
 from evifuse.recordings.recording import Camera, Scene, TouchRecording
 
 __all__ = ["write_mcap"]
 
 _CHUNK_BYTES = 1 << 20
+_LAST_NS = 2**31 * 10**9
 
 
 def write_mcap(path: str | os.PathLike[str], scene: Scene) -> None:
@@ -32,12 +35,12 @@ def write_mcap(path: str | os.PathLike[str], scene: Scene) -> None:
     Raises
     ------
     RecordingError
-        If the scene is empty or the file can't be written.
+        If the scene is empty, its times are outside of 1970 to 2038, its camera is not that of the image, or
+        the file can't be written.
+    ImageError
+        If the image is not one.
     """
-    if scene.image is None and scene.touch is None:
-        raise RecordingError(
-            f"{path}: the scene has neither an image nor a touch, so there is nothing to write"
-        )
+    scene = _checked(scene, str(path))
     from mcap.writer import CompressionType, Writer
 
     with replacing(path) as beside, beside.open("wb") as stream:
@@ -54,6 +57,26 @@ def write_mcap(path: str | os.PathLike[str], scene: Scene) -> None:
             sequence[topic] = sequence.get(topic, 0) + 1
             writer.add_message(channels[topic], time_ns, data, time_ns, sequence[topic])
         writer.finish()
+
+
+def _checked(scene: Scene, path: str) -> Scene:
+    if scene.image is None and scene.touch is None:
+        raise RecordingError(
+            f"{path}: the scene has neither an image nor a touch, so there is nothing to write"
+        )
+    if scene.touch is not None and not 0 <= scene.touch.time_ns[0] <= scene.touch.time_ns[-1] < _LAST_NS:
+        raise RecordingError(
+            f"{path}: ROS times are between 1970 and 2038: give time_ns as UTC nanoseconds since 1970"
+        )
+    if scene.image is None:
+        return replace(scene, camera=None)
+    image = as_image(scene.image, scene.name)
+    if scene.camera is not None and (scene.camera.height, scene.camera.width) != image.shape[:2]:
+        raise RecordingError(
+            f"{path}: the camera is for {scene.camera.width}x{scene.camera.height} px, but the image has "
+            f"{image.shape[1]}x{image.shape[0]} px: give the camera that took it"
+        )
+    return replace(scene, image=image)
 
 
 def _register(writer: Any, topic: str) -> int:
