@@ -1,7 +1,7 @@
-"""A kinematic oracle: an ideal sphere rolled without slip over analytic surfaces, and what its taxels would feel.
+"""A kinematic oracle: an ideal sphere rolled over analytic surfaces, and what its taxels would feel.
 
-It shares no code with the sensor and needs no physics engine: the sphere's centre obeys c' = omega x (a - depth) n
-about a fixed joint axis, the normal n comes from the closest point of the surface.
+It shares no code with the sensor and needs no physics engine: the sphere's centre obeys c' = omega x (a -
+depth) n about a fixed joint axis, the normal n comes from the closest point of the surface.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Surface:
-    """Signed distance (negative inside the solid) and outward normal at points (..., 3); the site is the origin."""
+    """Signed distance (negative in the solid) and outward normal at points (..., 3)."""
 
     name: str
     k1: float
@@ -69,7 +69,7 @@ def quadric(k1: float, k2: float) -> Surface:
 
     def foot(x: Array) -> Array:
         q = x[..., :2].copy()
-        for _ in range(8):
+        for _ in range(4):
             rise = 0.5 * (k * q * q).sum(-1) - x[..., 2]
             gradient = q - x[..., :2] + rise[..., None] * k * q
             h11 = 1 + rise * k1 + (k1 * q[..., 0]) ** 2
@@ -115,7 +115,7 @@ def rolled(
 ) -> TouchRecording:
     """Roll through the origin in each direction, lifted in between; psi runs from -turn to +turn."""
     tip = tip or spherical_fingertip()
-    parts = [_one_roll(surface, tip.radius_m - depth_m, d, turn_rad, slip, samples) for d in directions_rad]
+    parts = _all_rolls(surface, tip.radius_m - depth_m, np.array(directions_rad), turn_rad, slip, samples)
     lifted = max(samples // 8, 2)
     centre, spin, psi = [], [], []
     for c, axis, angle in parts:
@@ -166,32 +166,29 @@ def joined(*recordings: TouchRecording) -> TouchRecording:
     )  # fmt: skip
 
 
-def _one_roll(
-    surface: Surface, reach: float, direction: float, turn: float, slip: float, samples: int
-) -> tuple[Array, Array, Array]:
-    """Centre path, joint axis and joint angle of one roll whose middle is over the origin."""
-    axis = np.array([-np.sin(direction), np.cos(direction), 0.0])
+def _all_rolls(
+    surface: Surface, reach: float, directions: Array, turn: float, slip: float, samples: int
+) -> list[tuple[Array, Array, Array]]:
+    """Centre path, joint axis and joint angle of each roll; the middle of all is over the origin."""
+    axes = np.stack([-np.sin(directions), np.cos(directions), np.zeros(len(directions))], axis=1)
+    both = np.concatenate([-axes, axes])  # backwards from the middle, then forwards
+    steps = 150
+    h = turn / steps * (1 - slip)
+    path = [np.broadcast_to([0.0, 0.0, reach], both.shape)]
+    for _ in range(steps):
+        c = path[-1]
+        half = c + 0.5 * h * np.cross(both, reach * surface.normal(c))
+        c = c + h * np.cross(both, reach * surface.normal(half))
+        normal = surface.normal(c)
+        path.append(c - surface.distance(c - reach * normal)[:, None] * normal)
+    ways = np.array(path)
     angle = np.linspace(-turn, turn, samples)
-    ways = []
-    for end in (-turn, turn):
-        steps = 150
-        h = end / steps
-        path = [np.array([0.0, 0.0, reach])]
-        for _ in range(steps):
-            c = path[-1]
-            half = c + 0.5 * h * (1 - slip) * np.cross(axis, reach * surface.normal(c))
-            c = c + h * (1 - slip) * np.cross(axis, reach * surface.normal(half))
-            path.append(c + (reach - surface_gap(surface, c, reach)) * surface.normal(c))
-        ways.append(np.array(path))
-    whole = np.concatenate([ways[0][:0:-1], ways[1]])
-    grid = np.linspace(-turn, turn, len(whole))
-    return np.stack([np.interp(angle, grid, whole[:, i]) for i in range(3)], axis=1), axis, angle
-
-
-def surface_gap(surface: Surface, c: Array, reach: float) -> float:
-    """Distance from the centre to the surface, measured at the foot point."""
-    foot = c - reach * surface.normal(c)
-    return reach + float(surface.distance(foot))
+    grid = np.linspace(-turn, turn, 2 * steps + 1)
+    parts = []
+    for i, axis in enumerate(axes):
+        whole = np.concatenate([ways[:0:-1, i], ways[:, i + len(axes)]])
+        parts.append((np.stack([np.interp(angle, grid, x) for x in whole.T], axis=1), axis, angle))
+    return parts
 
 
 def _multiply(p: Array, q: Array) -> Array:

@@ -2,7 +2,8 @@
 
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
-from evifuse.touch.fingertip import spherical_fingertip, taxel_coverage, taxel_pitch_m
+from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
+from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.primitives import (
     CURVATURE_FRAME,
@@ -14,8 +15,8 @@ from evifuse.touch.primitives import (
     site_evidence,
     table_3_marks,
 )
-from evifuse.touch.rolling import ContactSite, find_sites
-from evifuse.touch.sensor import FeltSite, FeltSurface, LocalCurvature, sense_curvature
+from evifuse.touch.sensor import sense_curvature
+from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import (
     BELIEF_MODELS,
     chapter_belief,
@@ -53,6 +54,7 @@ __all__ = [
     "smearing_discount",
     "spherical_fingertip",
     "table_3_marks",
+    "taxel_areas",
     "taxel_coverage",
     "taxel_pitch_m",
 ]

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
-from evifuse.touch.fingertip import taxel_coverage, taxel_pitch_m
+from evifuse.recordings.rotation import rotate
+from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
 
-__all__ = ["CONTACT_FLOOR_PA", "ContactTrack", "contact_track", "noise_pa", "rotate"]
+__all__ = ["CONTACT_FLOOR_PA", "ContactTrack", "contact_track", "noise_pa"]
 
 CONTACT_FLOOR_PA = 100.0
 """No pressure below this counts as contact, whatever the noise (our own: 0.1 mN on a square millimetre)."""
@@ -45,26 +46,6 @@ class ContactTrack:
     threshold_pa: float
 
 
-def rotate(quaternion_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn vectors by unit quaternions, one each.
-
-    Parameters
-    ----------
-    quaternion_xyzw : ndarray of float64, shape (..., 4)
-        Unit quaternions.
-    vectors : ndarray of float64, shape (..., 3)
-        Vectors in the rotating frame.
-
-    Returns
-    -------
-    ndarray of float64, shape (..., 3)
-        The vectors in the fixed frame.
-    """
-    imaginary, real = quaternion_xyzw[..., :3], quaternion_xyzw[..., 3:]
-    twice = 2 * np.cross(imaginary, vectors)
-    return vectors + real * twice + np.cross(imaginary, twice)
-
-
 def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
     """Standard deviation of the taxels' noise, from the data alone.
 
@@ -90,11 +71,11 @@ def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
 def contact_track(recording: TouchRecording) -> ContactTrack:
     """Find the contact in every sample of a recording.
 
-    The contact's direction is the mean of the taxel normals, weighted by the square of the pressure above a
-    threshold of four standard deviations of the noise: the square fades out towards the rim of the patch,
-    where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample counts as
-    contact when its peak exceeds eight of them, a fiftieth of the recording's peak, and `CONTACT_FLOOR_PA`
-    (all our own).
+    The contact's direction is the mean of the taxel normals, weighted by their areas and by the square of the
+    pressure above a threshold of four standard deviations of the noise: the square fades out towards the rim of
+    the patch, where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample is
+    contact when its peak exceeds eight standard deviations, a fiftieth of the recording's peak, and
+    `CONTACT_FLOOR_PA` (all our own).
 
     Parameters
     ----------
@@ -113,7 +94,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     threshold = max(4 * noise, 0.01 * float(np.percentile(peak, 99)), CONTACT_FLOOR_PA / 2)
     touching = peak > 2 * threshold
     rows = np.flatnonzero(touching)
-    weights = np.square(np.maximum(pressure[rows] - threshold, 0.0))
+    weights = np.square(np.maximum(pressure[rows] - threshold, 0.0)) * taxel_areas(tip)
     total = weights.sum(axis=1, keepdims=True)
     mean = weights @ tip.normals / total
     length = np.linalg.norm(mean, axis=1, keepdims=True)
@@ -124,10 +105,9 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     direction[rows] = mean / length
     normal[rows] = -rotate(recording.orientation_xyzw[rows], direction[rows])
     spread_rad = np.sqrt(np.maximum(2 * (1 - length[:, 0]), 0.0))
-    reach = max(
-        1.5 * taxel_pitch_m(tip) / tip.radius_m, 1.7 * float(np.median(spread_rad)) if len(rows) else 0.0
-    )
+    patch_rad = float(np.median(spread_rad)) if len(rows) else 0.0
+    reach = max(2 * taxel_pitch_m(tip) / tip.radius_m, 2 * patch_rad)
     interior = np.zeros(len(peak), dtype=np.bool_)
-    interior[rows] = taxel_coverage(tip, reach)[strongest[rows]] > 0.75
+    interior[rows] = taxel_coverage(tip, reach)[strongest[rows]] > 0.8
     point = recording.position_m - tip.radius_m * normal
     return ContactTrack(touching, interior, direction, normal, point, peak, threshold)

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.fingertip import taxel_pitch_m
-from evifuse.touch.rolling import ContactSite, tangents
+from evifuse.touch.rolling import tangents
+from evifuse.touch.sites import ContactSite
 
 __all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator"]
 

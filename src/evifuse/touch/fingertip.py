@@ -6,18 +6,20 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
 
-__all__ = ["spherical_fingertip", "taxel_coverage", "taxel_pitch_m"]
+__all__ = ["spherical_fingertip", "taxel_areas", "taxel_coverage", "taxel_pitch_m"]
 
 
 def spherical_fingertip(radius_m: float = 0.010, pitch_m: float = 0.0007, cap_rad: float = 0.61) -> Fingertip:
-    """Lay taxels out in rings on a spherical cap.
+    """Lay taxels out on a spherical cap, evenly, in a sunflower's spiral.
+
+    Every taxel has the same area: one more taxel is one golden angle further round, and a step down the axis.
 
     Parameters
     ----------
     radius_m : float
         Radius of the sphere, metres.
     pitch_m : float
-        Distance between neighbours along a ring and between rings, metres.
+        Square root of the area of a taxel, metres.
     cap_rad : float
         Angle between the fingertip's axis and the edge of the array, radians, in (0, pi].
 
@@ -34,26 +36,20 @@ def spherical_fingertip(radius_m: float = 0.010, pitch_m: float = 0.0007, cap_ra
     Examples
     --------
     >>> tip = spherical_fingertip(radius_m=0.010, pitch_m=0.001, cap_rad=0.3)
-    >>> tip.positions_m.shape, tip.positions_m[0].tolist()
-    ((37, 3), [0.0, 0.0, -0.01])
+    >>> tip.positions_m.shape
+    (28, 3)
     """
     if not (radius_m > 0 and pitch_m > 0 and 0 < cap_rad <= np.pi):
         raise UsageError(
             f"a fingertip of radius {radius_m} m, pitch {pitch_m} m, cap {cap_rad} rad can't be laid out: "
             "lengths are positive and the cap lies in (0, pi]"
         )
-    rings = [np.array([[0.0, 0.0, -1.0]])]
-    for index in range(1, int(cap_rad * radius_m / pitch_m + 1e-9) + 1):
-        polar = index * pitch_m / radius_m
-        count = max(1, round(2 * np.pi * np.sin(polar) * radius_m / pitch_m))
-        azimuth = 2 * np.pi * (np.arange(count) + 0.5 * (index % 2)) / count
-        ring = [
-            np.sin(polar) * np.cos(azimuth),
-            np.sin(polar) * np.sin(azimuth),
-            -np.full(count, np.cos(polar)),
-        ]
-        rings.append(np.stack(ring, axis=1))
-    normals = np.concatenate(rings)
+    height = 1 - np.cos(cap_rad)
+    count = max(1, round(2 * np.pi * height * (radius_m / pitch_m) ** 2))
+    index = np.arange(count) + 0.5
+    axial = 1 - height * index / count
+    azimuth, across = np.pi * (3 - np.sqrt(5)) * index, np.sqrt(1 - axial**2)
+    normals = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), -axial], axis=1)
     return Fingertip(radius_m, radius_m * normals, normals)
 
 
@@ -70,13 +66,37 @@ def taxel_pitch_m(fingertip: Fingertip) -> float:
     float
         Median distance to the nearest other taxel, metres; the radius when there is one taxel only.
     """
-    positions = fingertip.positions_m
-    if len(positions) < 2:
-        return fingertip.radius_m
-    squared = np.square(positions).sum(axis=1)
-    distance = squared[:, None] + squared[None, :] - 2 * positions @ positions.T
+    distance = _distances_m(fingertip)
     np.fill_diagonal(distance, np.inf)
-    return float(np.sqrt(max(float(np.median(distance.min(axis=1))), 0.0))) or fingertip.radius_m
+    nearest = distance.min(axis=1)
+    return float(np.median(nearest)) if len(nearest) > 1 else fingertip.radius_m
+
+
+def taxel_areas(fingertip: Fingertip) -> NDArray[np.float64]:
+    """Relative area of each taxel, so that uneven layouts don't pull a mean towards their denser side.
+
+    The inverse of the density of taxels, smoothed by a Gaussian of 0.7 pitches (our own).
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Geometry of the fingertip, N taxels.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        Areas in units of the median one, kept within [0.5, 1.5].
+    """
+    closeness = np.exp(-0.5 * np.square(_distances_m(fingertip) / (0.7 * taxel_pitch_m(fingertip))))
+    area = 1 / closeness.sum(axis=1)
+    return np.clip(area / np.median(area), 0.5, 1.5)
+
+
+def _distances_m(fingertip: Fingertip) -> NDArray[np.float64]:
+    """Distance (N, N) of every taxel to every other, metres."""
+    positions = fingertip.positions_m
+    squared = np.square(positions).sum(axis=1)
+    return np.sqrt(np.maximum(squared[:, None] + squared[None, :] - 2 * positions @ positions.T, 0.0))
 
 
 def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64]:

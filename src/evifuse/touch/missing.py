@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.curvature import ShapeOperator
-from evifuse.touch.rolling import ContactSite, contact_intervals, tangents
+from evifuse.touch.rolling import contact_intervals, tangents
+from evifuse.touch.sites import ContactSite
 
 __all__ = ["MissedSite", "missed_sites"]
 

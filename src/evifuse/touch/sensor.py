@@ -1,155 +1,29 @@
 """The logical curvature sensor: a recording of a rolled finger in, belief over curvature primitives out."""
 
-from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
-
 from evifuse.belief.mass import MassFunction
-from evifuse.conductivity import Classification, KnowledgeBase, classify
+from evifuse.conductivity import KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
+from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
+from evifuse.touch.joint import turned_by_joint
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.primitives import (
-    NO_CONTACT,
-    PRIMITIVES,
     curvature_threshold_per_m,
     evidence_from_sites,
     primitive_beliefs,
     site_evidence,
 )
-from evifuse.touch.rolling import ContactSite, find_sites
+from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import chapter_belief, check_belief_model, resolved_belief, smearing_discount
 
-__all__ = ["FeltSite", "FeltSurface", "LocalCurvature", "sense_curvature"]
+__all__ = ["sense_curvature"]
 
 CONTACT_POINTS = 128
 """How many contact points of a roll the smearing is averaged over, about."""
 MUCH_SLIP = 0.1
 """A roll that slips by more than this share of its turn is reported."""
-
-
-@dataclass(frozen=True)
-class LocalCurvature:
-    """Curvature of a surface along one travelled direction.
-
-    Parameters
-    ----------
-    site : int
-        Index of the site in `FeltSurface.sites`.
-    direction_rad : float
-        Travelled direction at the site: angle of the contact path's tangent against the world's x axis
-        projected into the site's tangent plane, counter-clockwise about the outward normal, in [0, pi).
-    curvature_per_m : float
-        Normal curvature, 1/m, concave up positive.
-    standard_error_per_m : float
-        Its standard error, 1/m.
-    belief : float
-        Belief that is given to it, in [0, 1].
-    slip : float
-        Share of the joint's turn that was not rolled.
-    """
-
-    site: int
-    direction_rad: float
-    curvature_per_m: float
-    standard_error_per_m: float
-    belief: float
-    slip: float
-
-
-@dataclass(frozen=True)
-class FeltSite:
-    """A site that was explored.
-
-    Parameters
-    ----------
-    position_m : ndarray of float64, shape (3,)
-        Point of the surface, or of the surface that was expected and not met, world frame, metres.
-    normal : ndarray of float64, shape (3,)
-        Outward unit normal there, world frame.
-    contact : bool
-        Whether a surface was met.
-    shape : ShapeOperator or None
-        Principal curvatures; None without contact, or if the finger rolled in fewer than two directions.
-    """
-
-    position_m: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    contact: bool
-    shape: ShapeOperator | None
-
-    @property
-    def k1_per_m(self) -> float | None:
-        """Larger principal curvature, 1/m, concave up positive; None where it is not known."""
-        return None if self.shape is None else self.shape.k1_per_m
-
-    @property
-    def k2_per_m(self) -> float | None:
-        """Smaller principal curvature, 1/m, concave up positive; None where it is not known."""
-        return None if self.shape is None else self.shape.k2_per_m
-
-
-@dataclass(frozen=True)
-class FeltSurface:
-    """What a rolled finger tells about a surface, with the trace of how.
-
-    Parameters
-    ----------
-    local_curvatures : tuple of LocalCurvature
-        One per roll, site by site.
-    sites : tuple of FeltSite
-        The touched sites in order of time, then the missed ones.
-    evidence : MassFunction
-        Over `CURVATURE_FRAME`.
-    classification : Classification
-        Conductivity of the evidence into quasiplanar, curved and occluded.
-    gamma_per_m : float
-        Threshold between flat and curved that was used, 1/m.
-    warnings : tuple of str
-        What the estimate lacks, one line each.
-    """
-
-    local_curvatures: tuple[LocalCurvature, ...]
-    sites: tuple[FeltSite, ...]
-    evidence: MassFunction
-    classification: Classification
-    gamma_per_m: float
-    warnings: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values, as the command line prints them.
-
-        Returns
-        -------
-        dict
-            ``local_curvatures``, ``sites``, ``belief``, ``conductivity``, ``decision`` and ``warnings``; SI
-            units, curvatures concave up positive, ``k1_per_m`` and ``k2_per_m`` null where they are not
-            known.
-        """
-        belief = dict.fromkeys((*PRIMITIVES, NO_CONTACT), 0.0) | self.evidence.as_dict()
-        belief["frame"] = belief.pop("frame", 0.0)
-        return {
-            "local_curvatures": [
-                {
-                    "site": local.site,
-                    "direction_rad": local.direction_rad,
-                    "curvature_per_m": local.curvature_per_m,
-                    "belief": local.belief,
-                    "standard_error_per_m": local.standard_error_per_m,
-                    "slip": local.slip,
-                }
-                for local in self.local_curvatures
-            ],
-            "sites": [_site_json(site) for site in self.sites],
-            "belief": belief,
-            "conductivity": self.classification.conductivity,
-            "decision": self.classification.decision,
-            "warnings": list(self.warnings),
-        }
 
 
 def sense_curvature(
@@ -183,6 +57,10 @@ def sense_curvature(
     gamma = curvature_threshold_per_m(radius)
     track = contact_track(recording)
     touched = find_sites(recording, track)
+    turned = turned_by_joint(recording, track, touched)
+    if turned is not None:
+        recording, track = turned, contact_track(turned)
+        touched = find_sites(recording, track)
     rolls = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
     shapes = [shape_operator(found, radius) for found in rolls]
     missed = missed_sites(recording, track.touching, touched, shapes)
@@ -198,6 +76,9 @@ def sense_curvature(
     ) + tuple(FeltSite(site.position_m, site.normal, False, None) for site in missed)
     classification = classify(evidence, knowledge)
     warnings = _warnings(recording, touched, rolls, shapes)
+    if turned is not None:
+        said = f"{recording.name}: the pose leaves out the joint's turn; it is taken from the joint angle"
+        warnings = (said, *warnings)
     return FeltSurface(local, sites, evidence, classification, gamma, warnings)
 
 
@@ -219,7 +100,7 @@ def _local(
         belief = chapter_belief(discount, k - 1 / tip.radius_m, tip.radius_m)
     else:
         belief = resolved_belief(discount, k, error, gamma_per_m)
-    return LocalCurvature(site, roll.direction_rad, k, error, belief, roll.slip)
+    return LocalCurvature(site, roll.direction_rad, k, error, belief, roll.joint_curvature_per_m, roll.slip)
 
 
 def _evidence(
@@ -272,17 +153,3 @@ def _warnings(
                 f"{name}: at site {index} the joint's turn and the finger's way differ by {worst:.0%} (slip)"
             )
     return tuple(said)
-
-
-def _site_json(site: FeltSite) -> dict[str, Any]:
-    shape = site.shape
-    return {
-        "k1_per_m": site.k1_per_m,
-        "k2_per_m": site.k2_per_m,
-        "contact": site.contact,
-        "position_m": site.position_m.tolist(),
-        "normal": site.normal.tolist(),
-        "k1_direction_rad": None if shape is None else shape.k1_direction_rad,
-        "k1_standard_error_per_m": None if shape is None else shape.k1_error_per_m,
-        "k2_standard_error_per_m": None if shape is None else shape.k2_error_per_m,
-    }
