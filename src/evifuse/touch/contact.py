@@ -72,9 +72,9 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     """Find the contact in every sample of a recording.
 
     The contact's direction is the mean of the taxel normals, weighted by their areas and by the square of the
-    pressure above a threshold of four standard deviations of the noise: the square fades out towards the rim of
-    the patch, where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample is
-    contact when its peak exceeds eight standard deviations, a fiftieth of the recording's peak, and
+    pressure above a threshold of four standard deviations of the noise: the square fades out towards the rim
+    of the patch, where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample
+    is contact when its peak exceeds eight standard deviations, a fiftieth of the recording's peak, and
     `CONTACT_FLOOR_PA` (all our own).
 
     Parameters
