@@ -147,6 +147,25 @@ def test_pressure_is_depth_times_stiffness():
     assert not pressures(finger, Skin(), kind, position + np.array([0, 0, 2e-4]), upright).any()
 
 
+@pytest.mark.parametrize(
+    ("name", "radius"),
+    [("bowl", 0.0121), ("trough", 0.02), ("sphere", 0.015), ("saddle", 0.02), ("plane", None)],
+)
+def test_no_loaded_taxel_is_left_out(name, radius):
+    """Against the depth of every taxel, near the contact or not."""
+    kind = surface(name, **({} if radius is None else {"radius_m": radius}))
+    finger = grid_fingertip()
+    rng = np.random.default_rng(2)
+    points = np.array([kind.above(*place) for place in rng.uniform(-2e-3, 2e-3, (20, 2))])
+    centres = points + (RADIUS_M - 1.5e-4) * kind.nearest(points)[1]
+    turned = Rotation.from_rotvec(rng.normal(0, 0.1, (20, 3)))
+    taxels = centres[:, None] + np.einsum("tij,nj->tni", turned.as_matrix(), finger.positions_m)
+    depth = np.array([np.maximum(0.0, -kind.distance(sample)) for sample in taxels])
+    values = pressures(finger, Skin(1.0, 0.0), kind, centres, turned.as_quat())
+    assert (values > 0).sum() > 200
+    np.testing.assert_allclose(values, depth, atol=1e-9)
+
+
 def test_the_taxels_are_a_grid_on_the_cap():
     finger = grid_fingertip(0.01, 0.7e-3)
     np.testing.assert_allclose(np.linalg.norm(finger.positions_m, axis=1), 0.01)

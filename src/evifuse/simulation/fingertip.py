@@ -99,7 +99,10 @@ def pressures(
     turned = rotation.to_matrix(orientation_xyzw[touching])
     down = np.einsum("tji,tj->ti", turned, normals[touching])
     over_tangent = height[touching, None] + down @ fingertip.positions_m.T
-    close = over_tangent < 0.03 * radius
+    deepest = radius - float(height.min())
+    k1 = max(surface.principal_curvatures(point)[0] for point in nearest[touching[:: len(touching) // 8 + 1]])
+    # the edge of the patch is this far over the tangent plane; half as much again for rolls over a saddle
+    close = over_tangent < 1.5 * deepest / (1 - min(radius * max(k1, 0.0), 0.95))
     sample, taxel = np.nonzero(close)
     moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
     points = position_m[touching[sample]] + moved
