@@ -1,8 +1,9 @@
 """Accuracy of the shape sensor on human drawings and on road photographs.
 
-Each figure is the share of right decisions (rectangular, triangular, elliptical) of the most believed object, with the
-95 % interval of Wilson. The data are split by a fixed seed: thresholds are tuned on `dev`, figures are reported on
-`test`. Occlusion erases an angular sector about the middle; noise is Gaussian, its standard deviation in grey levels.
+Each figure is the share of right decisions (rectangular, triangular, elliptical) of the most believed
+object, with the 95 % interval of Wilson. The data are split by a fixed seed: thresholds are tuned on
+`dev`, figures are reported on `test`. Occlusion erases an angular sector about the middle; noise is
+Gaussian, its standard deviation in grey levels.
 
 Usage: python benchmarks/vision.py --data DIR [--split test] [--json FILE] [--quick N]
 DIR holds `drawings/` and `signs/`.
@@ -184,7 +185,8 @@ def main() -> None:
     results: dict[str, dict] = {}
     sources = {"drawings": drawings, "crops": sign_crops}
     print(
-        f"{'':22}{'right':>7}  {'95 % interval':15}{'n':>5}{'ms':>7}  rect. / triang. / ellipt.   frame: known, other"
+        f"{'':22}{'right':>7}  {'95 % interval':15}{'n':>5}{'ms':>7}"
+        "  by class (R, T, E), frame mass: known, other"
     )
     for source, read in sources.items():
         if options.only not in (None, source):
@@ -205,8 +207,8 @@ def main() -> None:
         r = results["scenes"] = scenes(options.data, options.split, None if not options.quick else 12)
         low, high = r["interval"]
         print(
-            f"{'scenes':22}{r['accuracy']:7.3f}  {low:.3f} - {high:.3f}  {r['count']:5}{r['ms_per_image']:7.1f}  "
-            f"found {r['found']:.3f}, {r['objects_per_photo']:.1f} objects per photo"
+            f"{'scenes':22}{r['accuracy']:7.3f}  {low:.3f} - {high:.3f}  {r['count']:5}"
+            f"{r['ms_per_image']:7.1f}  found {r['found']:.3f}, {r['objects_per_photo']:.1f} objects each"
         )
     if options.json:
         options.json.write_text(json.dumps(results, indent=1))

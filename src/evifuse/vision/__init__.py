@@ -1,4 +1,4 @@
-"""The logical shape sensor (section 3): edges, link lists, fitted edges, primitives, and the belief they give."""
+"""The logical shape sensor (section 3): from edges to the belief in shape primitives."""
 
 from evifuse.vision.detect import Detector, EdgeDrawing
 from evifuse.vision.evidence import shape_evidence

@@ -6,14 +6,14 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Chain", "Detector", "NOISE_GRADIENT", "EdgeDrawing", "noise_level"]
+__all__ = ["NOISE_GRADIENT", "Chain", "Detector", "EdgeDrawing", "noise_level"]
 
 Chain: TypeAlias = NDArray[np.float64]
 """Edge points in order along an edge, shape (N, 2), (x, y) in px; pixel centres are whole numbers."""
 
 
 NOISE_GRADIENT = 4.0
-"""Gradient that noise of one grey level causes now and then, after smoothing with 1 px (our own, measured)."""
+"""Gradient that noise of one grey level causes now and then after smoothing (our own, measured)."""
 
 
 class Detector(Protocol):
@@ -50,8 +50,8 @@ class EdgeDrawing:
     lowest_threshold : float
         Gradient threshold of a picture without noise, grey levels (sum of both Prewitt responses).
     noise_gradient : float or None
-        Gradient that the noise of the picture causes, in the same units; it is added to the threshold. Estimated
-        from the picture without it, which is right only for a picture that was not enlarged.
+        Gradient that the noise of the picture causes, in the same units; it is added to the threshold.
+        Estimated from the picture without it, which is right only for a picture that was not enlarged.
     shortest_px : int
         Chains of fewer points are dropped, px.
     """

@@ -9,6 +9,9 @@ from evifuse.vision.primitives import PRIMITIVES, Hypothesis, Outline
 
 __all__ = ["Candidate", "candidate_of", "group_objects"]
 
+OUTER = 0.85
+"""Of nested outlines the outer one stands for the object with this share of its belief (our own)."""
+
 RESOLUTION_PX = 20.0
 """An outline so wide, in pixels of the picture, keeps half of its belief (our own)."""
 
@@ -103,9 +106,20 @@ def group_objects(candidates: list[Candidate], least: float) -> list[Candidate]:
     """
     chosen: list[Candidate] = []
     for candidate in sorted((c for c in candidates if c.score >= least), key=lambda c: -c.score):
-        if not any(_same_object(candidate.box, other.box) for other in chosen):
+        same = [other for other in chosen if _same_object(candidate.box, other.box)]
+        if not same:
             chosen.append(candidate)
-    return chosen
+        elif (
+            _size(candidate) > 1.3 * max(_size(c) for c in same) and candidate.score >= OUTER * same[0].score
+        ):
+            chosen[chosen.index(same[0])] = candidate
+            chosen = [c for c in chosen if c is candidate or c not in same]
+    return sorted(chosen, key=lambda c: -c.score)
+
+
+def _size(candidate: Candidate) -> float:
+    """Area of the box, square px."""
+    return float((candidate.box[2:] - candidate.box[:2]).prod())
 
 
 def _same_object(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:

@@ -26,7 +26,7 @@ GAP = 0.35
 LEAST_TURN_RAD = float(np.deg2rad(150.0))
 """A joined outline turns at least this much (our own)."""
 
-MOST_PIECES = 700
+MOST_PIECES = 1400
 """The longest pieces are joined; the time grows with the square of their number."""
 
 
@@ -71,8 +71,9 @@ def convex_pieces(chain: Chain, shortest: int) -> list[Piece]:
     """
     import cv2
 
-    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), 1.5, False).reshape(-1, 2)
-    along = np.diff(corners.astype(np.float64), axis=0)
+    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), 1.5, False)
+    corners = corners.reshape(-1, 2).astype(np.float64)
+    along = np.diff(corners, axis=0)
     if len(along) == 0:
         return []
     turns = np.arctan2(cross(along[:-1], along[1:]), (along[:-1] * along[1:]).sum(axis=1))
@@ -96,11 +97,11 @@ def _sides(turns: NDArray[np.float64], a: int, b: int) -> list[tuple[int, int]]:
     return [(a, b), *pairwise([a, *sharp.tolist(), b])]
 
 
-def _positions(chain: Chain, corners: NDArray[np.float32]) -> NDArray[np.intp]:
+def _positions(chain: Chain, corners: NDArray[np.float64]) -> NDArray[np.intp]:
     """Index in the chain of each corner."""
     code = chain[:, 0] * 1e5 + chain[:, 1]
     order = np.argsort(code, kind="stable")
-    wanted = corners[:, 0].astype(np.float64) * 1e5 + corners[:, 1]
+    wanted = corners[:, 0] * 1e5 + corners[:, 1]
     found = order[np.searchsorted(code[order], wanted)]
     found[-1] = len(chain) - 1
     return np.maximum.accumulate(found)

@@ -18,7 +18,7 @@ NEAR = 0.15
 MAX_CHAINS = 300
 """In a picture with more chains everything is near something: neighbourhood says nothing."""
 
-MOST_OUTLINES = 40
+MOST_OUTLINES = 200
 """So many outlines, the widest and most nearly closed ones, are looked at closely (our own)."""
 
 
@@ -67,13 +67,13 @@ def _without_twins(outlines: list[Outline]) -> list[Outline]:
 
 
 def _promise(outline: Outline) -> float:
-    """Width of the outline times how nearly it is closed; 0 for a tangle or a mere bend."""
+    """How nearly the outline is closed, and how wide it is; 0 for a tangle or a mere bend."""
     links = outline.links
     length = float(np.hypot(*(links.ends - links.starts).T).sum())
     share = length / perimeter(outline.hull)
     if not 0.4 <= share <= 1.6:
         return 0.0
-    return min(share, 1.0) ** 2 * outline.width
+    return min(share, 1.0) ** 4 * float(np.sqrt(outline.width))
 
 
 def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:

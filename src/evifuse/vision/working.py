@@ -112,7 +112,7 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     """
     import cv2
 
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    grey = picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
     height, width = grey.shape
     scale = float(np.clip(SHORT_SIDE_PX / min(height, width), 1.0, 4.0))
     scale = min(scale, float(np.sqrt(MAX_PIXELS / (height * width))))
@@ -123,7 +123,7 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
         grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
     if scale > 1.5:
         grey = cv2.GaussianBlur(grey, (0, 0), 0.5 * scale)
-    grey = cv2.copyMakeBorder(grey, *[MARGIN_PX] * 4, cv2.BORDER_REPLICATE)
+    grey = np.pad(grey, MARGIN_PX, mode="edge")
     return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale, noise)
 
 

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.geometry import (
     angle_between,
+    area,
     distances_to_polygon,
     fit_line,
     intersection,
@@ -13,6 +14,10 @@ from evifuse.vision.geometry import (
 from evifuse.vision.primitives.base import Outline
 
 __all__ = ["corner_angles", "polygon_for"]
+
+MOST_ADDED = {3: 1.55, 4: 1.45}
+"""A polygon with so many corners that encloses more than this times the hull is no hypothesis (our own): a
+circle needs 1.65 for a triangle and 1.27 for a quadrilateral, a square 2.0 for a triangle."""
 
 
 def polygon_for(outline: Outline, corners: int) -> NDArray[np.float64] | None:
@@ -34,7 +39,7 @@ def polygon_for(outline: Outline, corners: int) -> NDArray[np.float64] | None:
         Corners in order, px; None if there is no such polygon.
     """
     polygon = reduce_polygon(outline.hull, corners)
-    if polygon is None:
+    if polygon is None or area(polygon) > MOST_ADDED[corners] * area(outline.hull):
         return None
     for _ in range(2):
         refined = _refined(outline, polygon)
