@@ -117,6 +117,18 @@ def test_the_finger_is_lifted_between_rolls(simulated):
     assert np.abs(np.diff(touch.joint_angle_rad)).max() < 0.1
 
 
+def test_the_finger_passes_over_what_is_between_far_sites():
+    simulated = simulate(
+        "sphere", radius_m=0.06, sites=((-0.04, 0.0), (0.04, 0.0)), picture=False, rate_hz=200
+    )
+    touch, roll = simulated.scene.touch, simulated.truth.roll
+    between = np.arange(np.flatnonzero(roll == 3)[-1], np.flatnonzero(roll == 4)[0])
+    height = simulated.truth.surface.distance(touch.position_m[between])
+    assert (np.sort(height)[10:] > RADIUS_M - 3e-4).all()
+    assert touch.pressure_pa[between].max() < 5e5
+    assert height[len(height) // 3 : len(height) // 2].min() > RADIUS_M
+
+
 def test_commanded_directions_are_travelled_on_a_plane_only():
     for name, apart in (("plane", 0.5), ("cylinder", 5.0)):
         simulated = simulate(name, picture=False, rate_hz=200)

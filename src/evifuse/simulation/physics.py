@@ -86,6 +86,7 @@ class FingerWorld:
         self._model = self._mujoco.MjModel.from_xml_string(text)
         self._data = self._mujoco.MjData(self._model)
         self._surface = surface
+        self.radius_m = radius_m
         inertia = 1.4 * MASS_KG * radius_m**2  # of a ball that rolls about its contact point
         self._joint_gain = inertia / JOINT_LAG_S
 

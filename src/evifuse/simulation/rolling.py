@@ -1,7 +1,7 @@
 """The exploratory procedure: at every site the finger is lowered, rolled and lifted, once per direction."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +108,8 @@ def _one_roll(
     """Transfer, lower, settle, roll, lift."""
     high = _above(start, procedure.clearance_m)
     low = _above(start, 0.0 if start.solid else -procedure.depth_m)
-    yield _through_air(pose, high, procedure.transfer_s, rate_hz)
+    aside = _through_air(pose, high, procedure.transfer_s, rate_hz)
+    yield _clear_of(surface, world.radius_m + procedure.clearance_m / 2, aside)
     yield _through_air(high, low, procedure.lower_s, rate_hz)
     if start.solid:
         world.place(low[0], low[1])
@@ -131,6 +132,19 @@ def _through_air(start: Pose, end: Pose, seconds: float, rate_hz: float) -> Moti
     orientation = rotation.interpolate(np.array([0.0, 1.0]), np.stack([start[1], end[1]]), way)
     angle = start[2] + way * (end[2] - start[2])
     return Motion(position, orientation, angle, np.full(count, -1))
+
+
+def _clear_of(surface: Surface, distance_m: float, motion: Motion) -> Motion:
+    """Raise the middle of a way that leads too close to the surface, such as over the top of a ball."""
+    short = distance_m - surface.distance(motion.position_m)
+    way = np.arange(1, len(short) + 1) / len(short)
+    arch = 4 * way * (1 - way)
+    inside = (short > 0) & (arch > 0)
+    if not inside.any():
+        return motion
+    # half as much again, because what is above a slope is not as far from it
+    height = 1.5 * float(np.max(short[inside] / arch[inside]))
+    return replace(motion, position_m=motion.position_m + np.outer(height * arch, [0.0, 0.0, 1.0]))
 
 
 def _speeds(start: Start, procedure: Procedure, rate_hz: float, substeps: int) -> Vector:

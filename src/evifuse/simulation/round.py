@@ -71,8 +71,9 @@ class Sphere(_Round):
 
     @property
     def sites(self) -> Sites:
-        """Left and right of the apex, a quarter of the radius away."""
-        return ((-self.radius_m / 4, 0.0), (self.radius_m / 4, 0.0))
+        """Left and right of the apex, a quarter of the radius but at most 15 mm away."""
+        aside = min(self.radius_m / 4, 0.015)
+        return ((-aside, 0.0), (aside, 0.0))
 
 
 @dataclass(frozen=True)
@@ -94,8 +95,9 @@ class Bowl(_Round):
 
     @property
     def sites(self) -> Sites:
-        """Left and right of the lowest point, a quarter of the radius away."""
-        return ((-self.radius_m / 4, 0.0), (self.radius_m / 4, 0.0))
+        """Left and right of the lowest point, a quarter of the radius but at most 15 mm away."""
+        aside = min(self.radius_m / 4, 0.015)
+        return ((-aside, 0.0), (aside, 0.0))
 
 
 @dataclass(frozen=True)
