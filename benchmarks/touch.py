@@ -1,7 +1,8 @@
-"""How well curvature is felt: truth and estimate on simulated surfaces of several radii, clean and with noise.
+"""How well curvature is felt: truth and estimate on simulated surfaces of several radii.
 
-The default simulated recording: a fingertip of 10 mm with 305 taxels, 10 s at 1 kHz, two sites, four directions.
-Errors are in percent of the larger principal curvature (of 16.7 1/m on a plane); the worst site counts.
+The default simulated recording: a fingertip of 10 mm with 305 taxels, 10 s at 1 kHz, two sites, four
+directions; clean and with noise. Errors are in percent of the larger principal curvature (of 16.7 1/m on a
+plane); the worst site counts.
 """
 
 import argparse
@@ -47,6 +48,8 @@ def measure(name: str, noise: str, radius_m: float | None, rate_hz: float) -> di
         / max(abs(true.k1_per_m), abs(true.k2_per_m), 16.7)
         for true, site in pairs
     ]
+    if not errors:
+        raise SystemExit(f"{name}, {radius_m} m, {noise}: no site has two curvatures: {felt.warnings}")
     true, site = pairs[int(np.argmax(errors))]
     return {
         "surface": name,
@@ -90,14 +93,16 @@ def main() -> None:
     for name, noise in NOISES.items():
         print(f"  {name}: {noise.pressure_pa:g} Pa, {noise.position_m:g} m, {noise.angle_rad:g} rad")
     print(
-        "noise    surface    R mm |  true k1      k2 |       k1      k2 | error % | sites  | felt  mass  decision"
+        "noise    surface    R mm |  true k1      k2 |       k1      k2 | error % | sites  | felt, decision"
     )
     for row in rows:
         radius = "" if row["radius_m"] is None else f"{1000 * row['radius_m']:.0f}"
+        k = "".join(f"{row[key]:8.2f}" for key in ("true_k1_per_m", "true_k2_per_m"))
+        found = "".join(f"{row[key]:8.2f}" for key in ("k1_per_m", "k2_per_m"))
+        felt = f"{row['primitive']} {row['mass']:.2f}, {row['decision']}{'' if row['right'] else '  WRONG'}"
         print(
-            f"{row['noise']:<8} {row['surface']:<10} {radius:>4} | {row['true_k1_per_m']:8.2f}{row['true_k2_per_m']:8.2f}"
-            f" | {row['k1_per_m']:8.2f}{row['k2_per_m']:8.2f} | {row['error_percent']:7.2f} | {row['sites']} |"
-            f" {row['primitive']:<4} {row['mass']:5.2f}  {row['decision']}{'' if row['right'] else '  WRONG'}"
+            f"{row['noise']:<8} {row['surface']:<10} {radius:>4} | {k} | {found} |"
+            f" {row['error_percent']:7.2f} | {row['sites']} | {felt}"
         )
     for noise in dict.fromkeys(row["noise"] for row in rows):
         level = [row for row in rows if row["noise"] == noise]

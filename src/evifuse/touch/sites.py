@@ -11,7 +11,7 @@ from evifuse.touch.rolling import contact_intervals, distance_to_segment, rolls_
 
 __all__ = ["ContactSite", "find_sites"]
 
-SAME_MIDDLE = 0.25
+SAME_MIDDLE = 0.2
 """Rolls whose middles are closer than this share of their length cross the same site."""
 SAME_SITE = 0.75
 """Rolls whose middles are further apart than this share of their length have no site in common."""
