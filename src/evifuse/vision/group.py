@@ -1,6 +1,7 @@
 """Which link lists belong to one object."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ class Candidate:
     hypotheses: tuple[Hypothesis, ...]
     score: float
 
-    @property
+    @cached_property
     def box(self) -> NDArray[np.float64]:
         """Bounds of the best hypothesis and the outline together: x0, y0, x1, y1, px."""
         best = max(self.hypotheses, key=lambda h: h.belief).shape

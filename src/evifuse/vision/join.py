@@ -151,7 +151,8 @@ def joined_paths(pieces: list[Piece]) -> list[tuple[tuple[Chain, ...], bool]]:
         return []
     cost, bend = _links(nodes, twin.astype(np.intp))
     paths: dict[frozenset[int], tuple[tuple[Chain, ...], bool]] = {}
-    best = np.argsort(cost, axis=1)[:, :2]
+    best = np.argpartition(cost, 1, axis=1)[:, :2]
+    best = np.take_along_axis(best, np.take_along_axis(cost, best, axis=1).argsort(axis=1), axis=1)
     before = cost.argmin(axis=0)
     for i in range(len(nodes)):
         for j in best[i]:
@@ -169,15 +170,18 @@ def _links(nodes: list[Piece], twin: NDArray[np.intp]) -> tuple[NDArray[np.float
     starts, ends = np.array([p.points[0] for p in nodes]), np.array([p.points[-1] for p in nodes])
     first, last = np.array([p.first for p in nodes]), np.array([p.last for p in nodes])
     lengths = np.array([len(p.points) for p in nodes], dtype=np.float64)
-    gap = starts[None] - ends[:, None]
-    apart = np.hypot(gap[..., 0], gap[..., 1])
     shorter = np.minimum(lengths[:, None], lengths[None])
-    bend = _angle(last[:, None], first[None])
-    allowed = (apart <= 3 + GAP * shorter) & (bend > -0.35) & (bend < 2.5) & (twin[:, None] != twin[None])
-    out, back = _angle(last[:, None], gap), _angle(gap, first[None])
-    near = apart <= 4
-    allowed &= near | ((out > -0.4) & (out < 2.4) & (back > -0.4) & (back < 2.4))
-    return np.where(allowed, (apart + 1) / shorter + 0.05 * np.abs(bend), np.inf), bend
+    apart = np.hypot(starts[None, :, 0] - ends[:, None, 0], starts[None, :, 1] - ends[:, None, 1])
+    i, j = np.nonzero((apart <= 3 + GAP * shorter) & (twin[:, None] != twin[None]))
+    turn, gap, near = _angle(last[i], first[j]), starts[j] - ends[i], apart[i, j] <= 4
+    out, back = _angle(last[i], gap), _angle(gap, first[j])
+    keep = (turn > -0.35) & (turn < 2.5)
+    keep &= near | ((out > -0.4) & (out < 2.4) & (back > -0.4) & (back < 2.4))
+    i, j, turn = i[keep], j[keep], turn[keep]
+    cost, bend = np.full(apart.shape, np.inf), np.zeros(apart.shape)
+    cost[i, j] = (apart[i, j] + 1) / shorter[i, j] + 0.05 * np.abs(turn)
+    bend[i, j] = turn
+    return cost, bend
 
 
 def _angle(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:

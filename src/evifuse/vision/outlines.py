@@ -18,7 +18,7 @@ NEAR = 0.15
 MAX_CHAINS = 300
 """In a picture with more chains everything is near something: neighbourhood says nothing."""
 
-MOST_OUTLINES = 200
+MOST_OUTLINES = 130
 """So many outlines, the widest and most nearly closed ones, are looked at closely (our own)."""
 
 

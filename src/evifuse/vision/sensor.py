@@ -1,6 +1,6 @@
 """The logical shape sensor: a picture in, a belief function over shape primitives out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.fit import FittedEdge, split_at_corners
 from evifuse.vision.group import Candidate, candidate_of, group_objects
 from evifuse.vision.outlines import find_outlines
-from evifuse.vision.primitives import Hypothesis
+from evifuse.vision.primitives import SHAPE_FRAME, Hypothesis
 from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
@@ -106,7 +106,29 @@ def sense_shapes(
         detector = EdgeDrawing(noise_gradient=working.noise_gradient)
     candidates = find_candidates(working, detector)
     chosen = group_objects(candidates, LEAST_BELIEF)
-    return tuple(_seen(c, working, kb, (picture.shape[1], picture.shape[0])) for c in chosen)
+    if not chosen:
+        return ()
+    evidence = [shape_evidence({h.kind: h.belief for h in c.hypotheses}) for c in chosen]
+    masses = np.stack([e.masses for e in evidence])
+    together = classify(MassFunction(SHAPE_FRAME, evidence[0].focal_sets, masses), kb)
+    size = (picture.shape[1], picture.shape[0])
+    return tuple(
+        _seen(c, working, size, e, _one_of(together, i))
+        for i, (c, e) in enumerate(zip(chosen, evidence, strict=True))
+    )
+
+
+def _one_of(together: Classification, i: int) -> Classification:
+    """One classification of a batch."""
+    return replace(
+        together,
+        conductivities=together.conductivities[i],
+        belief=together.belief[i],
+        interaction_dimensions=together.interaction_dimensions[i],
+        projected_dimensions=together.projected_dimensions[i],
+        prototype_conductivities=together.prototype_conductivities[i],
+        branches=together.branches[i],
+    )
 
 
 def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candidate]:
@@ -130,15 +152,16 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candida
 
 
 def _seen(
-    candidate: Candidate, working: WorkingPicture, kb: KnowledgeBase, size: tuple[int, int]
+    candidate: Candidate,
+    working: WorkingPicture,
+    size: tuple[int, int],
+    evidence: MassFunction,
+    classification: Classification,
 ) -> SeenObject:
     hypotheses = tuple(working.hypothesis(h) for h in candidate.hypotheses)
-    evidence = shape_evidence({h.kind: h.belief for h in hypotheses})
     edges = candidate.hypotheses[0].edges or split_at_corners(candidate.outline.links)
     box = _pixel_box(working.point(candidate.box.reshape(2, 2)), size)
-    return SeenObject(
-        box, tuple(working.edge(e) for e in edges), hypotheses, evidence, classify(evidence, kb)
-    )
+    return SeenObject(box, tuple(working.edge(e) for e in edges), hypotheses, evidence, classification)
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:

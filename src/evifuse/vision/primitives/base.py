@@ -10,13 +10,16 @@ from evifuse.vision.fit import FittedEdge
 from evifuse.vision.geometry import area, distances_to_polygon, perimeter, resample
 from evifuse.vision.link import LinkList
 
-__all__ = ["Agreement", "Geometry", "Hypothesis", "Outline", "agreement", "outline_of"]
+__all__ = ["LEAST_TRUST", "Agreement", "Geometry", "Hypothesis", "Outline", "agreement", "outline_of"]
 
 RESIDUAL_PER_SIZE = 0.02
 """Deviation from a primitive that halves the trust in it, as a share of the outline's width (our own)."""
 
 RESIDUAL_PX = 0.7
 """Deviation that the pixel grid causes, px (our own)."""
+
+LEAST_TRUST = 0.02
+"""Hypotheses that agree with the outline less than this are dropped at once (our own)."""
 
 Geometry: TypeAlias = dict[str, list[float] | list[list[float]] | float]
 """Where a primitive lies, by name, in px and radians: `corners`, or `centre`, `axes` and `angle_rad`."""
@@ -105,6 +108,11 @@ class Agreement:
     coverage: float
     opening: float
     deviation: float
+
+    @property
+    def trust(self) -> float:
+        """Share of the outline and of the primitive that account for each other, and how closely."""
+        return self.fit * self.explained * self.coverage
 
 
 def outline_of(links: LinkList) -> Outline | None:

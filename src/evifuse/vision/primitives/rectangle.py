@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from evifuse.vision.fit import FittedEdge, fit_sides
 from evifuse.vision.geometry import perimeter
-from evifuse.vision.primitives.base import Agreement, Hypothesis, Outline, agreement
+from evifuse.vision.primitives.base import LEAST_TRUST, Agreement, Hypothesis, Outline, agreement
 from evifuse.vision.primitives.polygon import corner_angles, polygon_for
 
 __all__ = ["corner_sines", "propose", "rectangle_belief"]
@@ -99,7 +99,8 @@ def four_sides(
     corners = polygon_for(outline, 4)
     if corners is None or perimeter(corners) < 1:
         return None
-    return corners, fit_sides(outline.links, corners), agreement(outline, corners)
+    match = agreement(outline, corners)
+    return None if match.trust < LEAST_TRUST else (corners, fit_sides(outline.links, corners), match)
 
 
 def propose(outline: Outline) -> Hypothesis | None:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from evifuse.vision.fit import fit_sides
-from evifuse.vision.primitives.base import Hypothesis, Outline, agreement
+from evifuse.vision.primitives.base import LEAST_TRUST, Hypothesis, Outline, agreement
 from evifuse.vision.primitives.polygon import corner_angles, polygon_for
 
 __all__ = ["propose", "triangle_belief"]
@@ -62,6 +62,8 @@ def propose(outline: Outline) -> Hypothesis | None:
     if corners is None:
         return None
     match = agreement(outline, corners)
+    if match.trust < LEAST_TRUST:
+        return None
     sides = fit_sides(outline.links, corners)
     beliefs = [np.nan if e is None else e.belief for e in sides]
     pattern = triangle_belief(beliefs, corner_angles(corners))
