@@ -18,6 +18,7 @@ from evifuse.simulation.simulate import Noise
 from evifuse.touch import curvature_threshold_per_m, sense_curvature
 
 RADII_M = (0.015, 0.020, 0.030, 0.040, 0.060)
+HOLLOW_RADII_M = (0.025, 0.030, 0.040, 0.060)  # a finger of 10 mm needs room to be lifted in a hollow
 CURVED = {"cylinder": "C-", "trough": "C+", "sphere": "E-", "bowl": "E+", "saddle": "H"}
 CLASSES = {"P": "quasiplanar", "N": "occluded"}
 NOISES = {
@@ -71,7 +72,8 @@ def measure(name: str, noise: str, radius_m: float | None, rate_hz: float) -> di
 
 def cases() -> list[tuple[str, float | None]]:
     found: list[tuple[str, float | None]] = [("plane", None)]
-    found += [(name, radius) for name in CURVED for radius in RADII_M]
+    for name in CURVED:
+        found += [(name, radius) for radius in (HOLLOW_RADII_M if name in ("trough", "bowl") else RADII_M)]
     return [*found, ("hole", None)]
 
 
