@@ -15,7 +15,7 @@ DEVELOPMENT = ROOT.parent / "shared" / "data"
 
 EXPECTED: dict[str, list[tuple[str, tuple[int, int, int, int]]]] = {
     "blocks.jpg": [("elliptical", (34, 57, 192, 92))],
-    "board.jpg": [("rectangular", (357, 326, 134, 95)), ("rectangular", (107, 255, 40, 43))],
+    "board.jpg": [("rectangular", (287, 126, 134, 95)), ("rectangular", (37, 55, 40, 43))],
     "box.jpg": [("rectangular", (18, 8, 298, 204))],
     "coins.png": [
         ("elliptical", (315, 156, 65, 63)),
