@@ -37,6 +37,7 @@ def pairs(draw: st.DrawFn, batch: tuple[int, ...] = ()) -> tuple[MassFunction, M
 def dense(m: MassFunction) -> np.ndarray:
     """Masses over all 2^n subsets, by the definition."""
     out = np.zeros((*m.batch, m.frame.full + 1))
-    for i, s in enumerate(m.focal_sets):
-        out[..., int(s)] = m.masses[..., i]
+    sets = np.broadcast_to(m.focal_sets, m.masses.shape)
+    for where in np.ndindex(m.masses.shape):
+        out[(*where[:-1], int(sets[where]))] += m.masses[where]
     return out

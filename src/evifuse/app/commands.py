@@ -9,9 +9,9 @@ from rich.console import Console
 
 from evifuse.app.reproduce import reproduce
 from evifuse.errors import UsageError
-from evifuse.fusion import Box, Fusion, fuse
+from evifuse.fusion import Box, Fusion, fuse, gather_scene
 from evifuse.knowledge import load_knowledge
-from evifuse.recordings import read_image, read_scene, read_touch
+from evifuse.recordings import read_scene, read_touch
 from evifuse.recordings.recording import Scene
 from evifuse.simulation import SimulatedScene
 from evifuse.touch import sense_curvature
@@ -54,7 +54,7 @@ def run_shape(image: Path, knowledge: str, as_json: bool, draw: Path | None) -> 
         If an MCAP file holds no picture.
     """
     base = load_knowledge(knowledge)
-    picture = read_scene(image).image if image.suffix.lower() == ".mcap" else read_image(image)
+    picture = read_scene(image).image
     if picture is None:
         raise UsageError(f"{image}: holds no picture")
     objects = sense_shapes(picture, base)
@@ -140,7 +140,7 @@ def run_fuse(
         raise UsageError("give either SCENE.mcap, or --image and --touch, not both")
     if scene is None and image is None and touch is None:
         raise UsageError("nothing to fuse: give SCENE.mcap, or --image and --touch")
-    whole = gather(scene, image, touch)
+    whole = gather_scene(scene if scene is not None else image, touch)
     result = fuse(
         whole,
         box=box,
@@ -148,34 +148,6 @@ def run_fuse(
         curvature_knowledge=load_knowledge(curvature_knowledge),
     )
     _show_fusion(whole, result, as_json, draw)
-
-
-def gather(scene: Path | None, image: Path | None, touch: Path | None) -> Scene:
-    """The scene behind one file, or behind a picture and a touch recording.
-
-    Parameters
-    ----------
-    scene : Path or None
-        MCAP with both senses, or any file with one of them.
-    image : Path or None
-        Picture, or MCAP with one.
-    touch : Path or None
-        MCAP, CSV or NPZ.
-
-    Returns
-    -------
-    Scene
-        Picture, camera and touch, as far as they are there.
-    """
-    if scene is not None:
-        return read_scene(scene)
-    picture = None if image is None else read_scene(image)
-    felt = None if touch is None else read_touch(touch)
-    camera = None if picture is None else picture.camera
-    if camera is None and touch is not None and touch.suffix.lower() == ".mcap":
-        camera = read_scene(touch).camera
-    name = str(image if image is not None else touch)
-    return Scene(None if picture is None else picture.image, camera, felt, name)
 
 
 def _show_fusion(scene: Scene, result: Fusion, as_json: bool, draw: Path | None) -> None:

@@ -1,15 +1,39 @@
-"""Two sources into one, and a source that is only partly trusted."""
+"""Rules that multiply focal sets in pairs: two sources into one."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from evifuse.belief.frame import Frame
-from evifuse.belief.mass import MassFunction
-from evifuse.errors import ConflictError, FrameError, MassError
+from evifuse.belief.mass import Layout, MassFunction, every_set
+from evifuse.errors import ConflictError, FrameError
 
-__all__ = ["Combination", "conjunctive", "dempster", "discount", "on_frame"]
+__all__ = [
+    "Combination",
+    "conjunctive",
+    "dempster",
+    "disjunctive",
+    "dubois_prade",
+    "on_frame",
+    "pcr5",
+    "yager",
+]
+
+Array = NDArray[np.float64]
+INTERSECTION, UNION, DUBOIS_PRADE = range(3)
+
+_kernels: Any = None
+
+
+def kernels() -> Any:
+    """The compiled inner loops; numba is imported on the first use of a rule, not before."""
+    global _kernels
+    if _kernels is None:
+        _kernels = import_module("evifuse.belief._kernels")
+    return _kernels
 
 
 class Combination(NamedTuple):
@@ -24,124 +48,40 @@ class Combination(NamedTuple):
     """
 
     mass: MassFunction
-    conflict: NDArray[np.float64]
+    conflict: Array
 
 
-def conjunctive(a: MassFunction, b: MassFunction) -> Combination:
-    """Both sources are right: ``m(C)`` sums a(A) b(B) over A ∩ B = C, with conflict left on the empty set.
-
-    Parameters
-    ----------
-    a : MassFunction
-        First source.
-    b : MassFunction
-        Second source, over the same frame; batch dimensions broadcast.
-
-    Returns
-    -------
-    Combination
-        The unnormalised combination (Smets 1990); its empty set carries the conflict.
-
-    Raises
-    ------
-    FrameError
-        If the frames differ.
-    """
-    if a.frame != b.frame:
-        raise FrameError(f"the sources speak of different frames: {a.frame} and {b.frame}")
-    meets = a.focal_sets[:, None] & b.focal_sets[None, :]
-    sets, where = np.unique(meets, return_inverse=True)
-    scatter = np.zeros((meets.size, len(sets)))
-    scatter[np.arange(meets.size), where.ravel()] = 1
-    products = a.masses[..., :, None] * b.masses[..., None, :]
-    masses = products.reshape(*products.shape[:-2], meets.size) @ scatter
-    conflict = masses[..., 0] if sets[0] == 0 else np.zeros(masses.shape[:-1])
-    return Combination(MassFunction.trusted(a.frame, sets, masses), conflict.copy())
-
-
-def dempster(a: MassFunction, b: MassFunction) -> Combination:
-    """Dempster's rule: the conjunctive combination, with the mass of non-empty sets scaled back to 1.
+def aligned(a: MassFunction, b: MassFunction) -> MassFunction:
+    """The second source over the frame of the first: a reordered frame is remapped, a different one refused.
 
     Parameters
     ----------
     a : MassFunction
-        First source.
+        Gives the frame.
     b : MassFunction
-        Second source, over the same frame; batch dimensions broadcast.
-
-    Returns
-    -------
-    Combination
-        The combination (Dempster 1967, Shafer 1976) and the conflict that was divided out. The divisor is the
-        sum of the non-empty masses, not 1 - conflict, which would lose every digit near total conflict.
-
-    Raises
-    ------
-    FrameError
-        If the frames differ.
-    ConflictError
-        If the sources contradict each other totally anywhere in the batch.
-
-    Examples
-    --------
-    >>> from evifuse.belief import Frame, MassFunction
-    >>> frame = Frame(["rectangle", "triangle"])
-    >>> a = MassFunction.of(frame, {"rectangle": 0.5, frame: 0.5})
-    >>> dempster(a, a)
-    Combination(mass=MassFunction(rectangle: 0.75, frame: 0.25), conflict=array(0.))
-    """
-    joint, conflict = conjunctive(a, b)
-    keep = joint.focal_sets != 0
-    masses = joint.masses[..., keep]
-    total = masses.sum(axis=-1, keepdims=True)
-    if not keep.any() or np.any(total <= 0):
-        at = np.argwhere(np.atleast_1d(total[..., 0] <= 0))[0].tolist() if keep.any() and joint.batch else []
-        where = f" at index {tuple(at)}" if at else ""
-        raise ConflictError(
-            f"total conflict{where}: the two sources have no focal set in common; discount one of them first"
-        )
-    return Combination(MassFunction.trusted(a.frame, joint.focal_sets[keep], masses / total), conflict)
-
-
-def discount(m: MassFunction, *, reliability: ArrayLike) -> MassFunction:
-    """Trust a source only so far: masses times the reliability, the balance on the frame (Shafer 1976).
-
-    Parameters
-    ----------
-    m : MassFunction
-        The source, batch shape ``(...)``.
-    reliability : array_like of float
-        Share of trust in [0, 1], broadcast against the batch: 1 leaves the source as it is, 0 leaves
-        ignorance.
+        To be moved to it.
 
     Returns
     -------
     MassFunction
-        Discounted masses.
+        ``b``, over the frame of ``a``.
 
     Raises
     ------
-    MassError
-        If a reliability is outside [0, 1] or not a number.
-
-    Examples
-    --------
-    >>> from evifuse.belief import Frame, MassFunction
-    >>> discount(MassFunction.of(Frame(["a", "b"]), {"a": 1.0}), reliability=0.75)
-    MassFunction(a: 0.75, frame: 0.25)
+    FrameError
+        If the frames don't hold the same hypotheses with the same attributes.
     """
-    trust = np.asarray(reliability, dtype=np.float64)
-    if not np.all((trust >= 0) & (trust <= 1)):
-        raise MassError(f"reliability must be in [0, 1], not {reliability!r}")
-    sets = m.focal_sets
-    masses = m.masses * trust[..., None]
-    full = np.flatnonzero(sets == m.frame.full)
-    if not full.size:
-        sets = np.append(sets, np.int64(m.frame.full))
-        masses = np.concatenate([masses, np.zeros((*masses.shape[:-1], 1))], axis=-1)
-        full = np.array([len(sets) - 1])
-    masses[..., full[0]] += 1 - trust
-    return MassFunction.trusted(m.frame, sets, masses)
+    if a.frame is b.frame or a.frame == b.frame:
+        return b
+    if set(a.frame.hypotheses) != set(b.frame.hypotheses):
+        raise FrameError(f"the sources speak of different frames: {a.frame} and {b.frame}")
+    mine, other = a.frame.attributes, b.frame.attributes
+    if mine is not None and other is not None:
+        lists = dict(zip(b.frame.hypotheses, other, strict=True))
+        for name, expected in zip(a.frame.hypotheses, mine, strict=True):
+            if lists[name] != expected:
+                raise FrameError(f"the sources' frames give {name!r} different attributes")
+    return on_frame(b, a.frame)
 
 
 def on_frame(m: MassFunction, frame: Frame) -> MassFunction:
@@ -172,5 +112,468 @@ def on_frame(m: MassFunction, frame: Frame) -> MassFunction:
     missing = [name for name in m.frame.hypotheses if name not in frame.hypotheses]
     if missing:
         raise FrameError(f"the frame {frame} lacks {missing[0]!r}, which the evidence is about")
-    sets = [frame.full if s == m.frame.full else frame.mask(m.frame.names(int(s))) for s in m.focal_sets]
-    return MassFunction.trusted(frame, np.array(sets, dtype=np.int64), m.masses)
+    moved = np.zeros_like(m.focal_sets)
+    for i, name in enumerate(m.frame.hypotheses):
+        moved |= np.where(m.focal_sets >> i & 1, np.int64(frame.mask(name)), 0)
+    moved[m.focal_sets == m.frame.full] = frame.full
+    return MassFunction.trusted(frame, moved, m.masses)
+
+
+def conjunctive(a: MassFunction, b: MassFunction) -> Combination:
+    """Both sources are right: ``m(C)`` sums a(A) b(B) over A ∩ B = C, with conflict left on the empty set.
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast.
+
+    Returns
+    -------
+    Combination
+        The unnormalised combination (Smets 1990); its empty set carries the conflict.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    """
+    return _product(a, aligned(a, b), INTERSECTION, keep_empty=True, normalise=False)
+
+
+def dempster(a: MassFunction, b: MassFunction) -> Combination:
+    """Dempster's rule: the conjunctive combination, with the mass of non-empty sets scaled back to 1.
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast.
+
+    Returns
+    -------
+    Combination
+        The combination (Dempster 1967, Shafer 1976) and the conflict that was divided out. The divisor is the
+        sum of the non-empty masses, not 1 - conflict, which would lose every digit near total conflict; where
+        that sum is too small for a number, logarithms are used.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    ConflictError
+        If the sources contradict each other totally anywhere in the batch.
+
+    Examples
+    --------
+    >>> from evifuse.belief import Frame, MassFunction
+    >>> frame = Frame(["rectangle", "triangle"])
+    >>> a = MassFunction.of(frame, {"rectangle": 0.5, frame: 0.5})
+    >>> dempster(a, a).mass
+    MassFunction(rectangle: 0.75, frame: 0.25)
+    """
+    return _product(a, aligned(a, b), INTERSECTION, keep_empty=False, normalise=True)
+
+
+def disjunctive(a: MassFunction, b: MassFunction) -> Combination:
+    """At least one source is right: ``m(C)`` sums a(A) b(B) over A ∪ B = C.
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast.
+
+    Returns
+    -------
+    Combination
+        The combination (Dubois and Prade 1986, Smets 1993); its conflict is 0, because none arises.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    """
+    return _product(a, aligned(a, b), UNION, keep_empty=True, normalise=False)
+
+
+def yager(a: MassFunction, b: MassFunction) -> Combination:
+    """Yager's rule: conflict is ignorance, so the frame gets it (Yager 1987).
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast. Not associative.
+
+    Returns
+    -------
+    Combination
+        The combination and the conflict that went to the frame.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    """
+    joint, conflict = _product(a, aligned(a, b), INTERSECTION, keep_empty=False, normalise=False)
+    return Combination(add_to_frame(joint, conflict), conflict)
+
+
+def dubois_prade(a: MassFunction, b: MassFunction) -> Combination:
+    """Dubois and Prade's rule: where two focal sets contradict, one of them is right, so their union gets it.
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast. Not associative.
+
+    Returns
+    -------
+    Combination
+        The combination (Dubois and Prade 1988) and the conflict that went to unions.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    """
+    return _product(a, aligned(a, b), DUBOIS_PRADE, keep_empty=False, normalise=False)
+
+
+def pcr5(a: MassFunction, b: MassFunction) -> Combination:
+    """Proportional conflict redistribution: contradicting focal sets share their product (rule 5).
+
+    A product x y of two focal sets that don't meet goes back to them as x² y / (x + y) and x y² / (x + y).
+
+    Parameters
+    ----------
+    a : MassFunction
+        First source.
+    b : MassFunction
+        Second source, over the same frame; batch dimensions broadcast. Not associative.
+
+    Returns
+    -------
+    Combination
+        The combination (Smarandache and Dezert 2005) and the conflict that was redistributed.
+
+    Raises
+    ------
+    FrameError
+        If the frames differ.
+    """
+    b = aligned(a, b)
+    if a.layout == b.layout == "dense" and not _sparse_enough(a, b):
+        joint, conflict = _dense(a, b, upward=False)
+        masses = joint.masses.copy()
+        masses[..., 0] = 0.0
+        rows = masses.reshape(-1, masses.shape[-1])
+        kernels().dense_proportional(
+            _rows(a.masses, joint.batch), _rows(b.masses, joint.batch), len(rows), rows
+        )
+        return Combination(MassFunction.trusted(a.frame, joint.focal_sets, masses, "dense"), conflict)
+    return _proportional(a, b)
+
+
+def add_to_frame(m: MassFunction, extra: Array) -> MassFunction:
+    """More mass on the frame, which becomes focal if it was not.
+
+    Parameters
+    ----------
+    m : MassFunction
+        Masses that sum to ``1 - extra``.
+    extra : ndarray of float64, shape (...)
+        Mass to add.
+
+    Returns
+    -------
+    MassFunction
+        The sum.
+    """
+    full = m.focal_sets == m.frame.full
+    if m.focal_sets.ndim == 1 and full.any():
+        masses = m.masses.copy()
+        masses[..., int(np.flatnonzero(full)[0])] += extra
+        return MassFunction.trusted(m.frame, m.focal_sets, masses, m.layout)
+    before = m.where(full)
+    masses = np.where(full, 0.0, m.masses) if full.any() else m.masses
+    sets = np.where(full, 0, m.focal_sets) if full.any() else m.focal_sets
+    one = np.full((*sets.shape[:-1], 1), m.frame.full, dtype=np.int64)
+    masses = np.concatenate([masses, (before + extra)[..., None]], axis=-1)
+    return MassFunction.trusted(m.frame, np.concatenate([sets, one], axis=-1), masses).tidy()
+
+
+def _rows(values: NDArray[Any], batch: tuple[int, ...]) -> NDArray[Any]:
+    """An operand as rows: one if it is the same for the whole batch."""
+    width = values.shape[-1]
+    if values.ndim == 1:
+        return values.reshape(1, width)
+    if values.shape[:-1] == batch:
+        return np.ascontiguousarray(values).reshape(-1, width)
+    return np.ascontiguousarray(np.broadcast_to(values, (*batch, width))).reshape(-1, width)
+
+
+def _product(
+    a: MassFunction, b: MassFunction, operation: int, *, keep_empty: bool, normalise: bool
+) -> Combination:
+    """Products of focal sets by the way that suits the layouts."""
+    if a.layout == b.layout and not (a.batch == b.batch == ()):
+        if a.layout == "singletons" and operation == INTERSECTION:
+            return _singletons(a, b, keep_empty, normalise)
+        if a.layout == "shared":
+            return _by_slot(a, b, operation, keep_empty, normalise)
+    if a.layout == b.layout == "dense" and operation in (INTERSECTION, UNION) and not _sparse_enough(a, b):
+        joint, conflict = _dense(a, b, upward=operation == UNION)
+        return joint_result(joint, conflict, keep_empty or operation == UNION, normalise)
+    return _pairs(a, b, operation, keep_empty, normalise)
+
+
+def _sparse_enough(a: MassFunction, b: MassFunction) -> bool:
+    """Whether few enough sets carry mass that pairs are faster, and more exact, than transforms."""
+    count = len(a.frame)
+    most = [int(np.count_nonzero(m.masses, axis=-1).max(initial=0)) for m in (a, b)]
+    return most[0] * most[1] <= count << count
+
+
+def _pairs(
+    a: MassFunction, b: MassFunction, operation: int, keep_empty: bool, normalise: bool
+) -> Combination:
+    batch, rows = _batch_of(a, b)
+    count = len(a.frame)
+    width = a.masses.shape[-1] * b.masses.shape[-1]
+    if count < 40:
+        width = min(width, 1 << count)
+    width += 1
+    sets = np.zeros((rows, width), dtype=np.int64)
+    masses = np.zeros((rows, width))
+    counts, conflict, totals = kernels().pairs(
+        _rows(a.focal_sets, batch),
+        _rows(a.masses, batch),
+        _rows(b.focal_sets, batch),
+        _rows(b.masses, batch),
+        rows,
+        operation,
+        count,
+        keep_empty,
+        normalise,
+        sets,
+        masses,
+    )
+    if normalise and not (totals[0] > 0.0 if rows == 1 else np.all(totals > 0.0)):
+        if batch:
+            return _rescue(a, b, batch)
+        return Combination(_by_logarithms(a, b), conflict[0])
+    return _collected(a.frame, sets, masses, counts, conflict, batch)
+
+
+def _batch_of(a: MassFunction, b: MassFunction) -> tuple[tuple[int, ...], int]:
+    """Batch dimensions of a combination, and how many cases that is."""
+    if a.masses.ndim == b.masses.ndim == 1:
+        return (), 1
+    batch = np.broadcast_shapes(a.batch, b.batch)
+    return batch, int(np.prod(batch))
+
+
+def _collected(
+    frame: Frame,
+    sets: NDArray[np.int64],
+    masses: Array,
+    counts: NDArray[np.int64],
+    conflict: Array,
+    batch: tuple[int, ...],
+) -> Combination:
+    """Rows of a kernel's output as a combination."""
+    if batch == ():
+        most = counts[0]
+        return Combination(
+            MassFunction.trusted(frame, sets[0, :most], masses[0, :most], "shared"), conflict[0]
+        )
+    most = int(counts.max(initial=1))
+    shape = (*batch, most)
+    joint = MassFunction.trusted(
+        frame, sets[:, :most].reshape(shape), masses[:, :most].reshape(shape), "padded"
+    )
+    return Combination(joint, conflict.reshape(batch))
+
+
+def _proportional(a: MassFunction, b: MassFunction) -> Combination:
+    batch, rows = _batch_of(a, b)
+    f, g = a.masses.shape[-1], b.masses.shape[-1]
+    width = f * g + f + g
+    if len(a.frame) < 40:
+        width = min(width, 1 << len(a.frame))
+    sets = np.zeros((rows, width), dtype=np.int64)
+    masses = np.zeros((rows, width))
+    operands = [_rows(x, batch) for x in (a.focal_sets, a.masses, b.focal_sets, b.masses)]
+    counts, conflict = kernels().proportional(*operands, rows, sets, masses)
+    return _collected(a.frame, sets, masses, counts, conflict, batch)
+
+
+def _rescue(a: MassFunction, b: MassFunction, batch: tuple[int, ...]) -> Combination:
+    """A batch in which the products of some case are too small for a number: case by case."""
+    wide = [MassFunction.trusted(m.frame, *_spread(m, batch)) for m in (a, b)]
+    done: list[Combination] = []
+    for i in np.ndindex(batch):
+        try:
+            done.append(dempster(wide[0][i], wide[1][i]))
+        except ConflictError as e:
+            raise ConflictError(str(e).replace("total conflict", f"total conflict at index {i}", 1)) from None
+    padded = stack([c.mass for c in done], batch)
+    return Combination(padded, np.array([float(c.conflict) for c in done]).reshape(batch))
+
+
+def _spread(m: MassFunction, batch: tuple[int, ...]) -> tuple[NDArray[np.int64], Array]:
+    shape = (*batch, m.masses.shape[-1])
+    return np.broadcast_to(m.focal_sets, shape).copy(), np.broadcast_to(m.masses, shape).copy()
+
+
+def stack(single: list[MassFunction], batch: tuple[int, ...]) -> MassFunction:
+    """Single mass functions over one frame as a batch.
+
+    Parameters
+    ----------
+    single : list of MassFunction
+        As many as the batch has cases, in C order.
+    batch : tuple of int
+        Shape of the batch.
+
+    Returns
+    -------
+    MassFunction
+        In the padded layout.
+    """
+    width = max(len(m.focal_sets) for m in single)
+    sets, masses = np.zeros((len(single), width), dtype=np.int64), np.zeros((len(single), width))
+    for i, m in enumerate(single):
+        sets[i, : len(m.focal_sets)], masses[i, : len(m.focal_sets)] = m.focal_sets, m.masses
+    shape = (*batch, width)
+    return MassFunction.trusted(single[0].frame, sets.reshape(shape), masses.reshape(shape), "padded")
+
+
+def _by_logarithms(a: MassFunction, b: MassFunction) -> MassFunction:
+    """Dempster's rule of two single sources whose products underflow."""
+    meets = (a.focal_sets[:, None] & b.focal_sets[None, :]).ravel()
+    with np.errstate(divide="ignore"):
+        logs = (np.log(a.masses)[:, None] + np.log(b.masses)[None, :]).ravel()
+    real = (meets != 0) & np.isfinite(logs)
+    if not real.any():
+        raise ConflictError(
+            "total conflict: the two sources have no focal set in common; discount one of them first"
+        )
+    sets, where = np.unique(meets[real], return_inverse=True)
+    masses = np.zeros(len(sets))
+    np.add.at(masses, where, np.exp(logs[real] - logs[real].max()))
+    return MassFunction.trusted(a.frame, sets, masses / masses.sum())
+
+
+def _by_slot(
+    a: MassFunction, b: MassFunction, operation: int, keep_empty: bool, normalise: bool
+) -> Combination:
+    """Batches whose focal sets are shared: where each pair of sets goes is found once."""
+    s, t = a.focal_sets[:, None], b.focal_sets[None, :]
+    goes = s | t if operation == UNION else s & t
+    clash = s & t == 0
+    if operation == DUBOIS_PRADE:
+        goes = np.where(clash, s | t, goes)
+    sets, slots = np.unique(goes, return_inverse=True)
+    batch = np.broadcast_shapes(a.batch, b.batch)
+    rows = int(np.prod(batch))
+    out = np.zeros((rows, len(sets)))
+    mine, other = _rows(a.masses, batch), _rows(b.masses, batch)
+    kernels().products_by_slot(mine, other, rows, slots.reshape(goes.shape), out)
+    joint = MassFunction.trusted(a.frame, sets, out.reshape(*batch, len(sets)), "shared")
+    if operation == DUBOIS_PRADE:
+        both = np.zeros((rows, 2))
+        kernels().products_by_slot(mine, other, rows, np.where(clash, 0, 1), both)
+        conflict = both[:, 0]
+        return Combination(joint, conflict.reshape(batch))
+    conflict = joint.where(sets == 0) if operation == INTERSECTION else np.zeros(batch)
+    return joint_result(joint, conflict, keep_empty, normalise)
+
+
+def joint_result(joint: MassFunction, conflict: Array, keep_empty: bool, normalise: bool) -> Combination:
+    """A combination from its unnormalised masses over shared sets, the empty one among them.
+
+    Parameters
+    ----------
+    joint : MassFunction
+        In the shared or dense layout.
+    conflict : ndarray of float64, shape (...)
+        Mass of the empty set.
+    keep_empty : bool
+        Leave it there.
+    normalise : bool
+        Scale the others to 1.
+
+    Returns
+    -------
+    Combination
+        As asked for.
+
+    Raises
+    ------
+    ConflictError
+        If there is nothing to scale.
+    """
+    if keep_empty:
+        return Combination(joint, conflict)
+    empty = joint.focal_sets == 0
+    if joint.layout == "dense":
+        masses = joint.masses.copy()
+        masses[..., 0] = 0.0
+        sets = joint.focal_sets
+    else:
+        masses, sets = joint.masses[..., ~empty], joint.focal_sets[~empty]
+    if normalise:
+        total = masses.sum(axis=-1, keepdims=True)
+        if not np.all(total > 0.0):
+            at = np.argwhere(~(total[..., 0] > 0.0))[0].tolist()
+            where = f" at index {tuple(at)}" if at else ""
+            raise ConflictError(
+                f"total conflict{where}: the two sources have no focal set in common; discount one first"
+            )
+        masses = masses / total
+    return Combination(MassFunction.trusted(joint.frame, sets, masses, joint.layout), conflict)
+
+
+def _singletons(a: MassFunction, b: MassFunction, keep_empty: bool, normalise: bool) -> Combination:
+    """Closed form over single hypotheses and the frame: only equal hypotheses, and the frame, meet."""
+    x, y = a.masses[..., :-1], b.masses[..., :-1]
+    u, v = a.masses[..., -1:], b.masses[..., -1:]
+    if len(a.frame) == 1:
+        return Combination(a if a.batch else b, np.zeros(np.broadcast_shapes(a.batch, b.batch)))
+    masses = np.concatenate([x * y + x * v + u * y, u * v], axis=-1)
+    total = masses.sum(axis=-1, keepdims=True)
+    clash = x.sum(axis=-1) * y.sum(axis=-1) - (x * y).sum(axis=-1)
+    conflict = np.maximum(clash, 0.0)
+    if keep_empty:
+        sets = np.append(a.focal_sets, np.int64(0))
+        joint = MassFunction.trusted(a.frame, sets, np.concatenate([masses, conflict[..., None]], axis=-1))
+        return Combination(joint, conflict)
+    if normalise:
+        if not np.all(total > 0.0):
+            return _rescue(a, b, np.broadcast_shapes(a.batch, b.batch))
+        masses /= total
+    return Combination(MassFunction.trusted(a.frame, a.focal_sets, masses, "singletons"), conflict)
+
+
+def _dense(a: MassFunction, b: MassFunction, *, upward: bool) -> Combination:
+    """By transforms: commonalities multiply, and so do implicabilities (``upward``)."""
+    batch = np.broadcast_shapes(a.batch, b.batch)
+    rows = int(np.prod(batch))
+    out = np.empty((rows, a.masses.shape[-1]))
+    kernels().dense_product(_rows(a.masses, batch), _rows(b.masses, batch), rows, upward, out)
+    masses = out.reshape(*batch, out.shape[-1])
+    joint = MassFunction.trusted(a.frame, every_set(len(a.frame)), masses, "dense")
+    return Combination(joint, np.zeros(batch) if upward else masses[..., 0].copy())
+
+
+Rule = Callable[[MassFunction, MassFunction], Combination]
+LAYOUTS: tuple[Layout, ...] = ("shared", "padded", "singletons", "dense")

@@ -10,10 +10,6 @@ from evifuse.errors import ConflictError
 __all__ = ["belief", "commonality", "mass", "pignistic", "plausibility"]
 
 
-def _sum_where(m: MassFunction, chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
-    return m.masses[..., chosen].sum(axis=-1)
-
-
 def mass(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
     """Mass committed to exactly this set: ``m(A)``.
 
@@ -43,7 +39,7 @@ def mass(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
     >>> float(plausibility(m, "b")), float(commonality(m, "b"))
     (0.5, 0.5)
     """
-    return _sum_where(m, m.focal_sets == m.frame.mask(subset))
+    return m.where(m.focal_sets == m.frame.mask(subset))
 
 
 def belief(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
@@ -66,7 +62,7 @@ def belief(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
     FrameError
         If the set names a hypothesis that the frame does not have.
     """
-    return _sum_where(m, (m.focal_sets & ~m.frame.mask(subset) == 0) & (m.focal_sets != 0))
+    return m.where((m.focal_sets & ~m.frame.mask(subset) == 0) & (m.focal_sets != 0))
 
 
 def plausibility(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
@@ -89,7 +85,7 @@ def plausibility(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
     FrameError
         If the set names a hypothesis that the frame does not have.
     """
-    return _sum_where(m, m.focal_sets & m.frame.mask(subset) != 0)
+    return m.where(m.focal_sets & m.frame.mask(subset) != 0)
 
 
 def commonality(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
@@ -113,7 +109,7 @@ def commonality(m: MassFunction, subset: Subset) -> NDArray[np.float64]:
         If the set names a hypothesis that the frame does not have.
     """
     mask = m.frame.mask(subset)
-    return _sum_where(m, m.focal_sets & mask == mask)
+    return m.where(m.focal_sets & mask == mask)
 
 
 def pignistic(m: MassFunction) -> NDArray[np.float64]:
@@ -141,10 +137,11 @@ def pignistic(m: MassFunction) -> NDArray[np.float64]:
     >>> pignistic(MassFunction.of(Frame(["a", "b"]), {"a": 0.5, ("a", "b"): 0.5})).tolist()
     [0.75, 0.25]
     """
-    members = (m.focal_sets[:, None] >> np.arange(len(m.frame))) & 1
-    sizes = members.sum(axis=1)
-    shares = m.masses @ (members / np.maximum(sizes, 1)[:, None])
-    total = m.masses[..., sizes > 0].sum(axis=-1, keepdims=True)
+    members = (m.focal_sets[..., None] >> np.arange(len(m.frame))) & 1
+    sizes = members.sum(axis=-1)
+    members = members / np.maximum(sizes, 1)[..., None]
+    shares = m.masses @ members if members.ndim == 2 else np.einsum("...f,...fk->...k", m.masses, members)
+    total = m.where(sizes > 0)[..., None]
     if np.any(total <= 0):
         raise ConflictError("all mass is on the empty set: there is no pignistic probability")
     return shares / total

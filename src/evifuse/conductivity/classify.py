@@ -193,7 +193,7 @@ def classify(
         If the evidence is about a hypothesis that the knowledge base's frame lacks.
     """
     reading = reading or knowledge.reading
-    y = on_frame(evidence, knowledge.frame)
+    y = on_frame(evidence.to("shared"), knowledge.frame)
     properties = {a.label: aggregate_properties(a, reading) for a in knowledge.aggregates}
     prototypes = [(a.label, name, x) for a in knowledge.aggregates for name, x in a.prototypes.items()]
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)

@@ -14,12 +14,12 @@ from evifuse.errors import UsageError
 from evifuse.fusion.curvature_from_shape import NO_CONTACT, curvature_from_shape
 from evifuse.fusion.touched import Box, find_touched
 from evifuse.knowledge import load_knowledge
-from evifuse.recordings import as_image, read_image, read_scene, read_touch
+from evifuse.recordings import as_image, read_scene, read_touch
 from evifuse.recordings.recording import Camera, Scene, TouchRecording
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.vision import SeenObject, sense_shapes
 
-__all__ = ["Fusion", "fuse", "fuse_percepts", "fuse_scene", "total_conductivity"]
+__all__ = ["Fusion", "fuse", "fuse_percepts", "fuse_scene", "gather_scene", "total_conductivity"]
 
 Picture = str | Path | NDArray[Any] | Scene
 Touch = str | Path | TouchRecording
@@ -278,7 +278,7 @@ def fuse(
     ImageError, RecordingError
         If a file can't be used.
     """
-    scene = _scene(image, recording)
+    scene = gather_scene(image, recording)
     if camera is not None:
         scene = Scene(scene.image, camera, scene.touch, scene.name)
     return fuse_scene(
@@ -286,26 +286,44 @@ def fuse(
     )
 
 
-def _scene(image: Picture | None, recording: Touch | None) -> Scene:
-    """The values behind paths and arrays; the camera may come with either file."""
+def gather_scene(image: Picture | None = None, recording: Touch | None = None) -> Scene:
+    """The values behind files and arrays, as one scene; the camera may come with either file.
+
+    Parameters
+    ----------
+    image : str, Path, ndarray or Scene, optional
+        A picture or a scene.
+    recording : str, Path or TouchRecording, optional
+        A rolled finger, in place of the one in ``image``.
+
+    Returns
+    -------
+    Scene
+        Picture, camera and touch, as far as they are there.
+
+    Raises
+    ------
+    UsageError
+        If there is neither.
+    ImageError, RecordingError
+        If a file can't be used.
+    """
     if image is None and recording is None:
         raise UsageError("nothing to fuse: give a picture, a touch recording, or a scene that holds both")
-    felt = Scene(None, None, None)
-    if isinstance(recording, TouchRecording):
-        felt = Scene(None, None, recording, recording.name)
-    elif recording is not None:
-        felt = read_scene(recording) if _is_mcap(recording) else Scene(None, None, read_touch(recording))
-        felt = Scene(felt.image, felt.camera, felt.touch or read_touch(recording), str(recording))
     if image is None:
-        return Scene(None, felt.camera, felt.touch, felt.name)
-    if isinstance(image, Scene):
+        seen = Scene(None, None, None, "")
+    elif isinstance(image, Scene):
         seen = image
     elif isinstance(image, str | Path):
-        seen = read_scene(image) if _is_mcap(image) else Scene(read_image(image), None, None, str(image))
+        seen = read_scene(image)
     else:
         seen = Scene(as_image(image), None, None, "image")
-    return Scene(seen.image, seen.camera or felt.camera, felt.touch or seen.touch, seen.name)
-
-
-def _is_mcap(path: str | Path) -> bool:
-    return Path(path).suffix.lower() == ".mcap"
+    if recording is None:
+        return seen
+    if isinstance(recording, TouchRecording):
+        felt = Scene(None, None, recording, recording.name)
+    else:
+        touch = read_touch(recording)
+        whole = read_scene(recording) if seen.camera is None and image is not None else None
+        felt = Scene(None, whole.camera if whole is not None else None, touch, str(recording))
+    return Scene(seen.image, seen.camera or felt.camera, felt.touch, seen.name or felt.name)
