@@ -129,3 +129,14 @@ def test_heavy_libraries_are_not_imported_before_they_are_needed():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", ["trough", "bowl"])
+@pytest.mark.parametrize("radius_m", [0.013, 0.015, 0.02])
+def test_a_finger_lifted_out_of_a_tight_hollow_touches_nothing(name: str, radius_m: float) -> None:
+    touch = simulate(name, radius_m=radius_m, picture=False, rate_hz=200).scene.touch
+    assert touch is not None
+    highest = touch.pressure_pa.max(axis=1)
+    lifted = touch.position_m[:, 2] > 0.01 + 0.003
+    assert np.all(highest[lifted] == 0)
+    assert 1e5 < highest.max() < 1e6

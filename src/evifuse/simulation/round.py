@@ -22,8 +22,14 @@ class _Round(Surface):
     reach: ClassVar[float] = 1.0  # how far from the axis the surface goes, over the radius
 
     def _from_centre(self, points: Points) -> tuple[Points, NDArray[np.float64]]:
-        """Directions away from the centre or the axis, and the distances from it."""
+        """Directions away from the centre or the axis, and the distances from it.
+
+        A hollow has a lower half only: what is above it sees the rim, and on the axis the bottom.
+        """
         offset = (points + np.array([0.0, 0.0, self.side * self.radius_m])) * self.axes
+        if self.side < 0:
+            offset[:, 2] = np.minimum(offset[:, 2], 0.0)
+            offset[np.hypot(offset[:, 1], offset[:, 2]) + np.abs(offset[:, 0]) == 0.0, 2] = -1e-9
         distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))[:, None]
         return offset / distance, distance
 
@@ -36,6 +42,8 @@ class _Round(Surface):
         """Nearest point of one point, in plain floats."""
         u = x if self.axes[0] else 0.0
         w = z + self.side * self.radius_m
+        if self.side < 0 and w > 0.0:
+            w = 0.0 if u or y else -1e-9
         distance = math.sqrt(u * u + y * y + w * w)
         u, v, w = u / distance, y / distance, w / distance
         to_go = self.radius_m - distance
