@@ -55,7 +55,7 @@ class RollCurvature:
     tangent : ndarray of float64, shape (2,)
         Unit tangent of the centre's path in the site's tangent plane.
     bending_per_m : ndarray of float64, shape (2,)
-        g = -dn/ds_c in the site's tangent plane, 1/m.
+        Bending g = -dn/ds_c in the site's tangent plane, 1/m.
     bending_error_per_m : ndarray of float64, shape (2,)
         Standard errors of g along and across the tangent, 1/m.
     """

@@ -50,7 +50,13 @@ class Piece:
     turn: float
 
     def reversed(self) -> "Piece":
-        """The same piece run the other way."""
+        """The same piece run the other way.
+
+        Returns
+        -------
+        Piece
+            Its points in the opposite order.
+        """
         return Piece(self.points[::-1], -self.last, -self.first, -self.turn)
 
 
