@@ -50,13 +50,7 @@ class Piece:
     turn: float
 
     def reversed(self) -> "Piece":
-        """The same piece run the other way.
-
-        Returns
-        -------
-        Piece
-            Its points in the opposite order.
-        """
+        """The same piece run the other way."""
         return Piece(self.points[::-1], -self.last, -self.first, -self.turn)
 
 
