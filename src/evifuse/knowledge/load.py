@@ -1,6 +1,7 @@
 """Knowledge bases from YAML that a person can read, with errors that name file and line."""
 
 from collections.abc import Callable
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar, cast
@@ -67,7 +68,7 @@ def load_knowledge(name_or_path: str | Path) -> KnowledgeBase:
     ('rectangular', 'triangular', 'elliptical')
     """
     if str(name_or_path) in BUILT_IN:
-        return parse_knowledge(built_in_text(str(name_or_path)), f"{name_or_path}.yaml")
+        return _built_in(str(name_or_path))
     path = Path(name_or_path)
     try:
         text = path.read_text(encoding="utf-8")
@@ -79,6 +80,11 @@ def load_knowledge(name_or_path: str | Path) -> KnowledgeBase:
         reason = e.strerror if isinstance(e, OSError) else "not UTF-8 text"
         raise KnowledgeError(f"{path}: can't be read: {reason}") from None
     return parse_knowledge(text, str(path))
+
+
+@cache
+def _built_in(name: str) -> KnowledgeBase:
+    return parse_knowledge(built_in_text(name), f"{name}.yaml")
 
 
 def parse_knowledge(text: str, name: str = "knowledge") -> KnowledgeBase:
