@@ -1,6 +1,7 @@
 """From the beliefs of primitives to one mass function over the shape frame."""
 
 from collections.abc import Mapping
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from evifuse.vision.primitives import SHAPE_FRAME
 __all__ = ["shape_evidence"]
 
 
-def shape_evidence(beliefs: Mapping[str, float]) -> MassFunction:
+def shape_evidence(beliefs: Mapping[str, SupportsFloat]) -> MassFunction:
     """Mass function over the shape primitives (section 3.3).
 
     Each primitive has its belief as mass and the frame has the balance, as in the printed example.
@@ -35,7 +36,7 @@ def shape_evidence(beliefs: Mapping[str, float]) -> MassFunction:
     """
     for name in beliefs:
         SHAPE_FRAME.mask(name)
-    values = np.array([beliefs.get(name, 0.0) for name in SHAPE_FRAME.hypotheses], dtype=np.float64)
+    values = np.array([float(beliefs.get(name, 0.0)) for name in SHAPE_FRAME.hypotheses], dtype=np.float64)
     total = float(values.sum())
     doubt = 1.0 - total
     if total > 1:

@@ -1,15 +1,21 @@
 """Fitted edges: one straight line for many edge segments, with the belief of section 3.1."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import distances_to_polygon, fit_line
-from evifuse.vision.link import GAP_PX, LinkList
+from evifuse.vision.geometry import cross, fit_line
+from evifuse.vision.link import GAP_PX
 
-__all__ = ["ANGLE_TOLERANCE_RAD", "FittedEdge", "edge_belief", "fit_edge", "fit_sides", "split_at_corners"]
+__all__ = [
+    "ANGLE_TOLERANCE_RAD",
+    "FittedEdge",
+    "FittedEdges",
+    "edge_belief",
+    "fit_edge",
+    "fit_edges",
+]
 
 ANGLE_TOLERANCE_RAD = float(np.deg2rad(10.0))
 """Segments whose angle to the fitted line is so near to the smallest such angle count in n* (our own)."""
@@ -105,66 +111,93 @@ def fit_edge(starts: NDArray[np.float64], ends: NDArray[np.float64]) -> FittedEd
     return FittedEdge(x, y, edge_belief(starts, ends, x, y))
 
 
-def fit_sides(links: LinkList, corners: NDArray[np.float64]) -> tuple[FittedEdge | None, ...]:
-    """Fit the sides of a hypothesised polygon.
-
-    Every segment goes to the side nearest to its middle, if it lies within 8 % of the polygon's
-    perimeter of it; along a side, segments are in order and all run the same way.
+@dataclass(frozen=True, eq=False)
+class FittedEdges:
+    """Many fitted edges.
 
     Parameters
     ----------
-    links : LinkList
-        The outline.
-    corners : ndarray of float64, shape (K, 2)
-        Corners of the polygon in order, px.
-
-    Returns
-    -------
-    tuple of FittedEdge or None
-        One per side, from corner ``i`` to corner ``i + 1``; None where fewer than 15 % of the side are
-        seen.
+    starts, ends : ndarray of float64, shape (..., 2)
+        End points x and y, px; NaN where there is none.
+    beliefs : ndarray of float64, shape (...)
+        Belief in each, in [0, 1]; NaN where there is none.
     """
-    middles = (links.starts + links.ends) / 2
-    distance, side = distances_to_polygon(middles, corners)
-    around = np.roll(corners, -1, axis=0) - corners
-    spans = np.hypot(around[:, 0], around[:, 1])
-    close = distance <= 0.08 * spans.sum()
-    fitted: list[FittedEdge | None] = []
-    for i, span in enumerate(spans):
-        mine = close & (side == i)
-        direction = around[i] / max(span, 1e-9)
-        s, e = links.starts[mine], links.ends[mine]
-        backwards = (e - s) @ direction < 0
-        s, e = np.where(backwards[:, None], e, s), np.where(backwards[:, None], s, e)
-        order = np.argsort(((s + e) / 2) @ direction, kind="stable")
-        s, e = s[order], e[order]
-        seen = float(((e - s) @ direction).sum()) if len(s) else 0.0
-        fitted.append(fit_edge(s, e) if seen > max(0.15 * span, 0.0) else None)
-    return tuple(fitted)
+
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    beliefs: NDArray[np.float64]
+
+    def listed(self, *at: int) -> tuple[FittedEdge, ...]:
+        """Those that are there, one by one.
+
+        Parameters
+        ----------
+        *at : int
+            Place in the leading dimensions, all but the last.
+
+        Returns
+        -------
+        tuple of FittedEdge
+            In order.
+        """
+        rows = zip(self.starts[at], self.ends[at], self.beliefs[at].tolist(), strict=True)
+        return tuple(FittedEdge(x, y, b) for x, y, b in rows if b == b)
 
 
-def split_at_corners(links: LinkList) -> tuple[FittedEdge, ...]:
-    """Fit edges between the corners of an outline.
-
-    A corner is a vertex of the coarse polygon that stays within 3 % of the outline's extent (at least 2
-    px): an arc is split into many short edges of little belief, a straight side stays whole.
+def fit_edges(starts: NDArray[np.float64], ends: NDArray[np.float64], first: NDArray[np.intp]) -> FittedEdges:
+    """As `fit_edge`, for many runs of segments at once.
 
     Parameters
     ----------
-    links : LinkList
-        The outline.
+    starts, ends : ndarray of float64, shape (S, 2)
+        Edge segments, run after run, px.
+    first : ndarray of intp, shape (G,)
+        Where each run starts, rising from 0; none is empty.
 
     Returns
     -------
-    tuple of FittedEdge
-        In order along the outline.
+    FittedEdges
+        One per run, shape (G,).
     """
-    import cv2
+    if len(first) == 0:
+        return FittedEdges(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
+    counts = np.diff(first, append=len(starts))
+    run = np.repeat(np.arange(len(first)), counts)
+    along = ends - starts
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    centre, direction = _fit_lines(starts, ends, np.maximum(lengths, 1e-9), first, run)
+    last = first + counts - 1
+    x = centre + direction * ((starts[first] - centre) * direction).sum(axis=1)[:, None]
+    y = centre + direction * ((ends[last] - centre) * direction).sum(axis=1)[:, None]
+    gaps = np.zeros(len(starts))
+    step = starts[1:] - ends[:-1]
+    gaps[:-1] = np.hypot(step[:, 0], step[:, 1])
+    gaps[(gaps <= GAP_PX) | (np.arange(len(starts)) == last[run])] = 0.0
+    total = np.add.reduceat(lengths + gaps, first)
+    edge = y - x
+    span = np.hypot(edge[:, 0], edge[:, 1])
+    sine = np.abs(cross(along, edge[run])) / np.maximum(lengths * span[run], 1e-12)
+    angles = np.arcsin(np.clip(sine, 0.0, 1.0))
+    smallest = np.minimum.reduceat(angles, first)
+    near = np.add.reduceat((angles <= smallest[run] + ANGLE_TOLERANCE_RAD).astype(np.float64), first)
+    pieces = counts + np.add.reduceat((gaps > 0).astype(np.float64), first)
+    share = np.minimum(1.0, span / np.maximum(total, 1e-300))
+    belief = share * (1 - np.sin(smallest)) * near / pieces
+    return FittedEdges(x, y, np.where((total > 0) & (span > 0), belief, 0.0))
 
-    extent = float(np.ptp(links.points, axis=0).max())
-    path = np.vstack([links.starts, links.ends[-1:]]).astype(np.float32)
-    corners = cv2.approxPolyDP(path.reshape(-1, 1, 2), max(2.0, 0.03 * extent), False).reshape(-1, 2)
-    is_corner = (path[:, None, :] == corners[None, :, :]).all(axis=2).any(axis=1)
-    cuts = np.flatnonzero(is_corner[:-1])
-    bounds = np.unique(np.concatenate([[0], cuts, [len(links.starts)]]))
-    return tuple(fit_edge(links.starts[a:b], links.ends[a:b]) for a, b in pairwise(bounds))
+
+def _fit_lines(
+    starts: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    first: NDArray[np.intp],
+    run: NDArray[np.intp],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """As `fit_line` for the end points of each run of segments."""
+    total = 2 * np.add.reduceat(weights, first)
+    centre = np.add.reduceat((starts + ends) * weights[:, None], first) / total[:, None]
+    s, e = starts - centre[run], ends - centre[run]
+    xx, yy = (np.add.reduceat(weights * (s[:, i] ** 2 + e[:, i] ** 2), first) for i in (0, 1))
+    xy = np.add.reduceat(weights * (s[:, 0] * s[:, 1] + e[:, 0] * e[:, 1]), first)
+    turn = 0.5 * np.arctan2(2 * xy, xx - yy)
+    return centre, np.column_stack([np.cos(turn), np.sin(turn)])

@@ -1,18 +1,22 @@
-"""Plane geometry of outlines: polygons, lines and distances, in pixels."""
+"""Plane geometry of outlines: polygons, lines and distances, in pixels.
+
+Every function takes any number of leading batch dimensions, written ``...``.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "angle_between",
     "area",
+    "corner_angles",
     "cross",
     "distances_to_polygon",
     "fit_line",
+    "following",
     "intersection",
     "perimeter",
-    "reduce_polygon",
     "resample",
+    "side_lengths",
 ]
 
 Points = NDArray[np.float64]
@@ -34,186 +38,183 @@ def cross(a: Points, b: Points) -> NDArray[np.float64]:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def area(polygon: Points) -> float:
+def following(polygon: Points) -> Points:
+    """The next corner of each corner.
+
+    Parameters
+    ----------
+    polygon : ndarray of float64, shape (..., K, 2)
+        Corners in order.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., K, 2)
+        The same, one further; the first comes last.
+    """
+    return np.concatenate([polygon[..., 1:, :], polygon[..., :1, :]], axis=-2)
+
+
+def area(polygon: Points) -> NDArray[np.float64]:
     """Area inside a polygon.
 
     Parameters
     ----------
-    polygon : ndarray of float64, shape (K, 2)
+    polygon : ndarray of float64, shape (..., K, 2)
         Corners in order.
 
     Returns
     -------
-    float
+    ndarray of float64, shape (...)
         Square pixels, never negative.
     """
-    return abs(float(cross(polygon, np.concatenate([polygon[1:], polygon[:1]])).sum())) / 2
+    return np.abs(cross(polygon, following(polygon)).sum(axis=-1)) / 2
 
 
-def perimeter(polygon: Points) -> float:
+def side_lengths(polygon: Points) -> NDArray[np.float64]:
+    """Lengths of the sides of a closed polygon.
+
+    Parameters
+    ----------
+    polygon : ndarray of float64, shape (..., K, 2)
+        Corners in order.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., K)
+        Pixels, from corner ``i`` to corner ``i + 1``.
+    """
+    along = following(polygon) - polygon
+    return np.hypot(along[..., 0], along[..., 1])
+
+
+def perimeter(polygon: Points) -> NDArray[np.float64]:
     """Length of a closed polygon.
 
     Parameters
     ----------
-    polygon : ndarray of float64, shape (K, 2)
+    polygon : ndarray of float64, shape (..., K, 2)
         Corners in order.
 
     Returns
     -------
-    float
+    ndarray of float64, shape (...)
         Pixels.
     """
-    return float(np.sqrt(((np.concatenate([polygon[1:], polygon[:1]]) - polygon) ** 2).sum(axis=1)).sum())
+    return side_lengths(polygon).sum(axis=-1)
 
 
-def resample(points: Points, count: int, closed: bool) -> Points:
-    """Points at equal steps along a path.
+def resample(polygon: Points, count: int) -> Points:
+    """Points at equal steps along a closed polygon.
 
     Parameters
     ----------
-    points : ndarray of float64, shape (N, 2)
-        Path.
+    polygon : ndarray of float64, shape (..., K, 2)
+        Corners in order.
     count : int
         How many points to return.
-    closed : bool
-        Whether the path returns to its start.
 
     Returns
     -------
-    ndarray of float64, shape (count, 2)
-        Points on the path.
+    ndarray of float64, shape (..., count, 2)
+        Points on it, from the first corner on.
     """
-    path = np.vstack([points, points[:1]]) if closed else points
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    at = np.linspace(0.0, along[-1], count, endpoint=not closed)
-    return np.column_stack([np.interp(at, along, path[:, 0]), np.interp(at, along, path[:, 1])])
+    spans = side_lengths(polygon)
+    until = np.cumsum(spans, axis=-1)
+    at = until[..., -1:] * (np.arange(count) / count)
+    side = (at[..., :, None] >= until[..., None, :-1]).sum(axis=-1)
+    before = np.take_along_axis(until - spans, side, axis=-1)
+    share = (at - before) / np.maximum(np.take_along_axis(spans, side, axis=-1), 1e-12)
+    start = np.take_along_axis(polygon, side[..., None], axis=-2)
+    end = np.take_along_axis(following(polygon), side[..., None], axis=-2)
+    return start + share[..., None] * (end - start)
 
 
 def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Distance of points to the nearest side of a polygon.
+    """Distance of points from the nearest side of a closed polygon.
 
     Parameters
     ----------
-    points : ndarray of float64, shape (N, 2)
+    points : ndarray of float64, shape (..., N, 2)
         Points.
-    polygon : ndarray of float64, shape (K, 2)
+    polygon : ndarray of float64, shape (..., K, 2)
         Corners in order; side ``i`` goes from corner ``i`` to corner ``i + 1``.
 
     Returns
     -------
-    distance : ndarray of float64, shape (N,)
+    distance : ndarray of float64, shape (..., N)
         Pixels.
-    side : ndarray of intp, shape (N,)
+    side : ndarray of intp, shape (..., N)
         Which side is nearest.
     """
-    along = np.concatenate([polygon[1:], polygon[:1]]) - polygon
-    square = np.maximum((along**2).sum(axis=1), 1e-12)
-    offset = points[:, None, :] - polygon[None, :, :]
-    t = np.clip((offset * along).sum(axis=2) / square, 0.0, 1.0)
-    rest = offset - t[..., None] * along
-    squared = (rest**2).sum(axis=2)
-    side = squared.argmin(axis=1)
-    return np.sqrt(squared[np.arange(len(points)), side]), side
+    along = following(polygon) - polygon
+    x = points[..., :, None, 0] - polygon[..., None, :, 0]
+    y = points[..., :, None, 1] - polygon[..., None, :, 1]
+    u, v = along[..., None, :, 0], along[..., None, :, 1]
+    t = np.clip((x * u + y * v) / np.maximum(u * u + v * v, 1e-12), 0.0, 1.0)
+    squared = (x - t * u) ** 2 + (y - t * v) ** 2
+    side = squared.argmin(axis=-1)
+    return np.sqrt(squared.min(axis=-1)), side
 
 
-def fit_line(points: Points, weights: NDArray[np.float64] | None = None) -> tuple[Points, Points]:
+def fit_line(points: Points, weights: NDArray[np.float64]) -> tuple[Points, Points]:
     """Line of least squared perpendicular distance.
 
     Parameters
     ----------
-    points : ndarray of float64, shape (N, 2)
-        Points, at least 2.
-    weights : ndarray of float64, shape (N,), optional
-        Weight of each; equal without it.
+    points : ndarray of float64, shape (..., N, 2)
+        Points.
+    weights : ndarray of float64, shape (..., N)
+        Weight of each, not negative.
 
     Returns
     -------
-    centre : ndarray of float64, shape (2,)
-        A point of the line.
-    direction : ndarray of float64, shape (2,)
+    centre : ndarray of float64, shape (..., 2)
+        A point of the line; the origin where all weights are 0.
+    direction : ndarray of float64, shape (..., 2)
         Unit vector along it.
     """
-    w = np.ones(len(points)) if weights is None else weights
-    centre = w @ points / w.sum()
-    d = points - centre
-    xx, xy, yy = w @ d[:, 0] ** 2, w @ (d[:, 0] * d[:, 1]), w @ d[:, 1] ** 2
-    turn = 0.5 * np.arctan2(2 * xy, xx - yy)
-    return centre, np.array([np.cos(turn), np.sin(turn)])
+    total = np.maximum(weights.sum(axis=-1), 1e-300)
+    x, y = points[..., 0], points[..., 1]
+    centre = np.stack([(weights * x).sum(axis=-1) / total, (weights * y).sum(axis=-1) / total], axis=-1)
+    dx, dy = x - centre[..., None, 0], y - centre[..., None, 1]
+    xx, xy, yy = (weights * dx * dx), (weights * dx * dy), (weights * dy * dy)
+    turn = 0.5 * np.arctan2(2 * xy.sum(axis=-1), (xx - yy).sum(axis=-1))
+    return centre, np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
-def intersection(p: Points, u: Points, q: Points, v: Points) -> Points | None:
+def intersection(p: Points, u: Points, q: Points, v: Points) -> Points:
     """Where two lines cross.
 
     Parameters
     ----------
-    p, q : ndarray of float64, shape (2,)
-        A point of each line.
-    u, v : ndarray of float64, shape (2,)
-        Their unit directions.
+    p, u : ndarray of float64, shape (..., 2)
+        A point of the first line, and its unit direction.
+    q, v : ndarray of float64, shape (..., 2)
+        A point of the second line, and its unit direction.
 
     Returns
     -------
-    ndarray of float64, shape (2,), or None
-        The point; None for lines within about 3 degrees of parallel.
+    ndarray of float64, shape (..., 2)
+        The point; NaN for lines within about 3 degrees of parallel.
     """
-    sine = float(cross(u, v))
-    if abs(sine) < 0.05:
-        return None
-    return p + u * (float(cross(q - p, v)) / sine)
+    sine = cross(u, v)
+    sine = np.where(np.abs(sine) < 0.05, np.nan, sine)
+    return p + u * (cross(q - p, v) / sine)[..., None]
 
 
-def angle_between(u: Points, v: Points) -> float:
-    """Angle between two vectors.
+def corner_angles(polygon: Points) -> NDArray[np.float64]:
+    """Interior angles of a convex polygon.
 
     Parameters
     ----------
-    u, v : ndarray of float64, shape (2,)
-        Vectors.
+    polygon : ndarray of float64, shape (..., K, 2)
+        Corners in order.
 
     Returns
     -------
-    float
-        Radians, in [0, pi].
+    ndarray of float64, shape (..., K)
+        Radians, at each corner.
     """
-    return float(np.arctan2(abs(cross(u, v)), u @ v))
-
-
-def reduce_polygon(hull: Points, corners: int) -> Points | None:
-    """Convex polygon with few corners around one with many.
-
-    The side whose removal adds the least area goes first; its neighbours are prolonged until they meet.
-    So a rounded, cut or hidden corner is completed rather than cut off.
-
-    Parameters
-    ----------
-    hull : ndarray of float64, shape (K, 2)
-        Corners of a convex polygon, in order.
-    corners : int
-        How many to keep.
-
-    Returns
-    -------
-    ndarray of float64, shape (corners, 2), or None
-        Polygon; None if sides can't be removed any more because their neighbours do not meet.
-    """
-    polygon = hull
-    if area(polygon) < 1e-6:
-        return None
-    while len(polygon) > corners:
-        before = np.concatenate([polygon[-1:], polygon[:-1]])
-        after = np.concatenate([polygon[1:], polygon[:1]])
-        beyond = np.concatenate([polygon[2:], polygon[:2]])
-        u, v, base = polygon - before, after - beyond, after - polygon
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = cross(base, v) / cross(u, v)
-            s = cross(base, u) / cross(u, v)
-        meets = np.isfinite(t) & np.isfinite(s) & (t >= 0) & (s >= 0)
-        apex = polygon + np.where(meets, t, 0.0)[:, None] * u
-        added = np.where(meets, np.abs(cross(base, apex - polygon)) / 2, np.inf)
-        best = int(added.argmin())
-        if not np.isfinite(added[best]):
-            return None
-        polygon = polygon.copy()
-        polygon[best] = apex[best]
-        polygon = np.delete(polygon, (best + 1) % len(polygon), axis=0)
-    return polygon if len(polygon) == corners else None
+    after = following(polygon) - polygon
+    before = np.roll(polygon, 1, axis=-2) - polygon
+    return np.arctan2(np.abs(cross(before, after)), (before * after).sum(axis=-1))

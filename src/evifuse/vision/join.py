@@ -1,4 +1,4 @@
-"""Convex pieces of edges, and link lists that join them across gaps into one outline."""
+"""Paths that join convex pieces of edges across gaps into one outline."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -6,16 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.detect import Chain
 from evifuse.vision.geometry import cross
+from evifuse.vision.pieces import Pieces
 
-__all__ = ["Piece", "convex_pieces", "joined_paths"]
-
-BEND_BACK_RAD = float(np.deg2rad(30.0))
-"""An edge that bends back by more than this has left the convex outline it was following (our own)."""
-
-CORNER_RAD = float(np.deg2rad(40.0))
-"""An edge that turns by more than this at one point may leave the outline there (our own)."""
+__all__ = ["JoinedPath", "joined_paths"]
 
 STRAIGHT_RAD = float(np.deg2rad(25.0))
 """A piece that turns less than this may have the object on either side (our own)."""
@@ -27,161 +21,120 @@ LEAST_TURN_RAD = float(np.deg2rad(150.0))
 """A joined outline turns at least this much (our own)."""
 
 MOST_PIECES = 1400
-"""The longest pieces are joined; the time grows with the square of their number."""
+"""So many pieces, the longest ones, are joined (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
-    """A part of an edge that never bends back, run so that it turns clockwise on the screen.
+class JoinedPath:
+    """Pieces that follow each other along one outline.
 
     Parameters
     ----------
-    points : Chain
-        Edge points in order, px.
-    first, last : ndarray of float64, shape (2,)
-        Unit directions at its start and end.
-    turn : float
-        How much it turns, radians; not negative but for noise.
+    nodes : tuple of int
+        Places of the pieces in order, in the list that comes with the path.
+    closed : bool
+        Whether the last meets the first.
     """
 
-    points: Chain
-    first: NDArray[np.float64]
-    last: NDArray[np.float64]
-    turn: float
-
-    def reversed(self) -> "Piece":
-        """The same piece run the other way."""
-        return Piece(self.points[::-1], -self.last, -self.first, -self.turn)
+    nodes: tuple[int, ...]
+    closed: bool
 
 
-def convex_pieces(chain: Chain, shortest: int) -> list[Piece]:
-    """Cut a chain where it bends back.
+@dataclass(frozen=True, eq=False)
+class _Links:
+    """Link edges between pieces: their turn by (from, to), and the cheapest ones at every piece."""
 
-    Parameters
-    ----------
-    chain : Chain
-        Edge points in order, px.
-    shortest : int
-        Pieces with fewer points are dropped.
-
-    Returns
-    -------
-    list of Piece
-        Each turns one way only, within 30 degrees.
-    """
-    import cv2
-
-    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), 1.5, False)
-    corners = corners.reshape(-1, 2).astype(np.float64)
-    along = np.diff(corners, axis=0)
-    if len(along) == 0:
-        return []
-    turns = np.arctan2(cross(along[:-1], along[1:]), (along[:-1] * along[1:]).sum(axis=1))
-    at = _positions(chain, corners)
-    pieces: list[Piece] = []
-    for a, b in (part for run in _cuts(turns) for part in _sides(turns, *run)):
-        if at[b] - at[a] + 1 < shortest:
-            continue
-        u, v = along[a], along[b - 1]
-        turn = float(turns[a : b - 1].sum())
-        piece = Piece(chain[at[a] : at[b] + 1], u / np.hypot(*u), v / np.hypot(*v), turn)
-        pieces.append(piece if turn >= 0 else piece.reversed())
-    return pieces
+    turn: dict[tuple[int, int], float]
+    after: list[list[int]]
+    before: list[int]
 
 
-def _sides(turns: NDArray[np.float64], a: int, b: int) -> list[tuple[int, int]]:
-    """The run and, if it has sharp corners, the parts between them: it may leave the outline at a corner."""
-    sharp = a + 1 + np.flatnonzero(np.abs(turns[a : b - 1]) > CORNER_RAD)
-    if len(sharp) == 0:
-        return [(a, b)]
-    return [(a, b), *pairwise([a, *sharp.tolist(), b])]
-
-
-def _positions(chain: Chain, corners: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Index in the chain of each corner."""
-    code = chain[:, 0] * 1e5 + chain[:, 1]
-    order = np.argsort(code, kind="stable")
-    wanted = corners[:, 0] * 1e5 + corners[:, 1]
-    found = order[np.searchsorted(code[order], wanted)]
-    found[-1] = len(chain) - 1
-    return np.maximum.accumulate(found)
-
-
-def _cuts(turns: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """Runs of segments, as (first corner, last corner), between the places where a chain bends back."""
-    runs: list[tuple[int, int]] = []
-    start, total, highest, lowest, at_high, at_low = 0, 0.0, 0.0, 0.0, 0, 0
-    for i, turn in enumerate(turns.tolist()):
-        total += turn
-        bent = total < highest - BEND_BACK_RAD if highest > -lowest else total > lowest + BEND_BACK_RAD
-        if (bent and max(highest, -lowest) > BEND_BACK_RAD) or abs(turn) > 2.6:
-            cut = (at_high if highest > -lowest else at_low) if bent else i
-            cut = max(cut + 1, start + 1)
-            runs.append((start, cut))
-            start, total = cut, float(turns[cut : i + 1].sum())
-            highest, lowest, at_high, at_low = max(total, 0.0), min(total, 0.0), i, i
-            continue
-        if total > highest:
-            highest, at_high = total, i + 1
-        if total < lowest:
-            lowest, at_low = total, i + 1
-    runs.append((start, len(turns) + 1))
-    return runs
-
-
-def joined_paths(pieces: list[Piece]) -> list[tuple[tuple[Chain, ...], bool]]:
+def joined_paths(pieces: Pieces) -> tuple[Pieces, list[JoinedPath]]:
     """Follow pieces from end to start across gaps, always turning clockwise.
 
     Parameters
     ----------
-    pieces : list of Piece
+    pieces : Pieces
         Convex pieces of all edges.
 
     Returns
     -------
-    list of (tuple of Chain, bool)
-        Chains of two or more pieces in order, and whether the last meets the first.
+    nodes : Pieces
+        The longest pieces, and after them the straight ones run the other way.
+    paths : list of JoinedPath
+        Paths of two or more of them.
     """
-    pieces = sorted(pieces, key=lambda p: -len(p.points))[:MOST_PIECES]
-    nodes = pieces + [p.reversed() for p in pieces if abs(p.turn) < STRAIGHT_RAD]
-    twin = np.concatenate(
-        [np.arange(len(pieces)), [i for i, p in enumerate(pieces) if abs(p.turn) < STRAIGHT_RAD]]
-    )
-    if len(nodes) < 2:
-        return []
-    cost, bend = _links(nodes, twin.astype(np.intp))
-    paths: dict[frozenset[int], tuple[tuple[Chain, ...], bool]] = {}
-    best = np.argpartition(cost, 1, axis=1)[:, :2]
-    best = np.take_along_axis(best, np.take_along_axis(cost, best, axis=1).argsort(axis=1), axis=1)
-    before = cost.argmin(axis=0)
-    for i in range(len(nodes)):
-        for j in best[i]:
-            if not np.isfinite(cost[i, j]):
-                continue
-            path, closed = _follow(i, int(j), nodes, twin, cost, bend, best[:, 0], before)
-            turn = sum(nodes[k].turn for k in path) + sum(bend[a, b] for a, b in pairwise(path))
-            if len(path) > 1 and turn > LEAST_TURN_RAD:
-                paths.setdefault(frozenset(path), (tuple(nodes[k].points for k in path), closed))
-    return list(paths.values())
+    sizes = np.array([len(p) for p in pieces.points])
+    pieces = pieces.take(np.argsort(-sizes, kind="stable")[:MOST_PIECES])
+    straight = np.flatnonzero(pieces.turn < STRAIGHT_RAD)
+    twin = np.append(np.arange(len(pieces.points)), straight)
+    nodes = pieces.with_reversed(straight)
+    links = _links(nodes, twin)
+    turns, twins = nodes.turn.tolist(), twin.tolist()
+    paths: dict[frozenset[int], JoinedPath] = {}
+    for i, nexts in enumerate(links.after):
+        for j in nexts:
+            path, closed = _follow(i, j, turns, twins, links)
+            turn = sum(turns[k] for k in path) + sum(links.turn[link] for link in pairwise(path))
+            if turn > LEAST_TURN_RAD:
+                paths.setdefault(frozenset(path), JoinedPath(tuple(path), closed))
+    return nodes, list(paths.values())
 
 
-def _links(nodes: list[Piece], twin: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cost and turn of the link edge from the end of each piece to the start of each; infinite if none."""
-    starts, ends = np.array([p.points[0] for p in nodes]), np.array([p.points[-1] for p in nodes])
-    first, last = np.array([p.first for p in nodes]), np.array([p.last for p in nodes])
-    lengths = np.array([len(p.points) for p in nodes], dtype=np.float64)
-    shorter = np.minimum(lengths[:, None], lengths[None])
-    apart = np.hypot(starts[None, :, 0] - ends[:, None, 0], starts[None, :, 1] - ends[:, None, 1])
-    i, j = np.nonzero((apart <= 3 + GAP * shorter) & (twin[:, None] != twin[None]))
-    turn, gap, near = _angle(last[i], first[j]), starts[j] - ends[i], apart[i, j] <= 4
-    out, back = _angle(last[i], gap), _angle(gap, first[j])
+def _links(nodes: Pieces, twin: NDArray[np.intp]) -> _Links:
+    """Every link edge from the end of a piece to the start of another that turns clockwise there."""
+    starts = np.array([p[0] for p in nodes.points]).reshape(-1, 2)
+    ends = np.array([p[-1] for p in nodes.points]).reshape(-1, 2)
+    sizes = np.array([len(p) for p in nodes.points], np.float64)
+    i, j = _near(starts, ends, sizes)
+    i, j = i[twin[i] != twin[j]], j[twin[i] != twin[j]]
+    gap = starts[j] - ends[i]
+    apart = np.hypot(gap[:, 0], gap[:, 1])
+    turn = _angle(nodes.last[i], nodes.first[j])
+    out, back = _angle(nodes.last[i], gap), _angle(gap, nodes.first[j])
     keep = (turn > -0.35) & (turn < 2.5)
-    keep &= near | ((out > -0.4) & (out < 2.4) & (back > -0.4) & (back < 2.4))
+    keep &= (apart <= 4) | ((out > -0.4) & (out < 2.4) & (back > -0.4) & (back < 2.4))
     i, j, turn = i[keep], j[keep], turn[keep]
-    cost, bend = np.full(apart.shape, np.inf), np.zeros(apart.shape)
-    cost[i, j] = (apart[i, j] + 1) / shorter[i, j] + 0.05 * np.abs(turn)
-    bend[i, j] = turn
-    return cost, bend
+    cost = (apart[keep] + 1) / np.minimum(sizes[i], sizes[j]) + 0.05 * np.abs(turn)
+    order = np.argsort(cost, kind="stable")
+    after: list[list[int]] = [[] for _ in sizes]
+    before = [-1] * len(sizes)
+    for a, b in zip(i[order].tolist(), j[order].tolist(), strict=True):
+        if len(after[a]) < 2:
+            after[a].append(b)
+        if before[b] < 0:
+            before[b] = a
+    return _Links(
+        dict(zip(zip(i.tolist(), j.tolist(), strict=True), turn.tolist(), strict=True)), after, before
+    )
+
+
+def _near(
+    starts: NDArray[np.float64], ends: NDArray[np.float64], sizes: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs (i, j) where piece j starts near the end of piece i, for the reach of the shorter of both."""
+    reach = 3 + GAP * sizes
+    i, j = _in_reach(ends, starts, reach)
+    keep = sizes[i] <= sizes[j]
+    other_j, other_i = _in_reach(starts, ends, reach)
+    other = sizes[other_j] < sizes[other_i]
+    return np.append(i[keep], other_i[other]), np.append(j[keep], other_j[other])
+
+
+def _in_reach(
+    centres: NDArray[np.float64], points: NDArray[np.float64], reach: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """For every centre, the points within its reach; found along x first."""
+    order = np.argsort(points[:, 0], kind="stable")
+    x = points[order, 0]
+    low = np.searchsorted(x, centres[:, 0] - reach)
+    count = np.searchsorted(x, centres[:, 0] + reach, side="right") - low
+    centre = np.repeat(np.arange(len(centres)), count)
+    place = np.arange(len(centre)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
+    point = order[place]
+    dx, dy = (points[point] - centres[centre]).T
+    keep = dx * dx + dy * dy <= reach[centre] ** 2
+    return centre[keep], point[keep]
 
 
 def _angle(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -189,33 +142,24 @@ def _angle(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64
     return np.arctan2(cross(u, v), (u * v).sum(axis=-1))
 
 
-def _follow(
-    i: int,
-    j: int,
-    nodes: list[Piece],
-    twin: NDArray[np.intp],
-    cost: NDArray[np.float64],
-    bend: NDArray[np.float64],
-    after: NDArray[np.intp],
-    before: NDArray[np.intp],
-) -> tuple[list[int], bool]:
+def _follow(i: int, j: int, turns: list[float], twins: list[int], links: _Links) -> tuple[list[int], bool]:
     """Path through i and j, forwards and then backwards, until it closes, ends or has turned once round."""
-    path, used = [i, j], {int(twin[i]), int(twin[j])}
-    turn = nodes[i].turn + nodes[j].turn + float(bend[i, j])
+    path, used = [i, j], {twins[i], twins[j]}
+    turn = turns[i] + turns[j] + links.turn[i, j]
     for forwards in (True, False):
         while turn < 6.6 and len(path) < 9:
-            k = int(after[path[-1]] if forwards else before[path[0]])
-            link = cost[path[-1], k] if forwards else cost[k, path[0]]
-            if not np.isfinite(link):
+            nexts = links.after[path[-1]][:1] if forwards else [links.before[path[0]]]
+            if not nexts or nexts[0] < 0:
                 break
+            k = nexts[0]
             if k == (path[0] if forwards else path[-1]):
                 return path, True
-            if int(twin[k]) in used:
+            if twins[k] in used:
                 break
-            step = nodes[k].turn + float(bend[path[-1], k] if forwards else bend[k, path[0]])
+            step = turns[k] + links.turn[(path[-1], k) if forwards else (k, path[0])]
             if turn + step > 7.2:
                 break
             turn += step
-            used.add(int(twin[k]))
+            used.add(twins[k])
             path = [*path, k] if forwards else [k, *path]
-    return path, bool(np.isfinite(cost[path[-1], path[0]]))
+    return path, (path[-1], path[0]) in links.turn

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
 
-__all__ = ["LinkList", "link_chain", "link_chains", "outer_link_list", "outer_points"]
+__all__ = ["LinkList", "link_chains", "outer_path", "outer_points"]
 
 SEGMENT_TOLERANCE_PX = 1.2
 """How far edge points may lie from the straight segment that stands for them, px, at least."""
@@ -41,23 +41,6 @@ class LinkList:
     closed: bool
 
 
-def link_chain(chain: Chain) -> LinkList:
-    """Link list of one chain of edge points.
-
-    Parameters
-    ----------
-    chain : Chain
-        Points in order along an edge.
-
-    Returns
-    -------
-    LinkList
-        Closed if both ends of the chain nearly meet: no further apart than 5 % of its length.
-    """
-    apart = float(np.hypot(*(chain[-1] - chain[0])))
-    return link_chains((chain,), closed=len(chain) > 12 and apart <= max(3.0, 0.05 * len(chain)))
-
-
 def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
     """Link list of several chains that follow each other along one outline.
 
@@ -84,8 +67,8 @@ def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
     )
 
 
-def outer_link_list(chains: tuple[Chain, ...]) -> LinkList:
-    """Link list of what several chains show to the outside.
+def outer_path(chains: tuple[Chain, ...]) -> tuple[Chain, ...]:
+    """What several chains show to the outside.
 
     Parameters
     ----------
@@ -94,17 +77,18 @@ def outer_link_list(chains: tuple[Chain, ...]) -> LinkList:
 
     Returns
     -------
-    LinkList
-        Closed, clockwise on the screen; where the outline jumps, a link edge spans the gap.
+    tuple of Chain
+        Chains of a closed outline, clockwise on the screen; where the outline jumps, one ends.
     """
-    points = outer_points(np.vstack(chains))
+    points = outer_points(np.concatenate(chains))
     extent = float(np.ptp(points, axis=0).max())
-    jump = np.hypot(*(np.roll(points, -1, axis=0) - points).T) > 0.12 * extent + GAP_PX
+    step = np.concatenate([points[1:], points[:1]]) - points
+    jump = np.hypot(step[:, 0], step[:, 1]) > 0.12 * extent + GAP_PX
     if not jump.any():
-        return link_chains((np.vstack([points, points[:1]]),), closed=True)
+        return (np.concatenate([points, points[:1]]),)
     first = int(np.flatnonzero(jump)[0]) + 1
     runs = np.split(np.roll(points, -first, axis=0), np.flatnonzero(np.roll(jump, -first)[:-1]) + 1)
-    return link_chains(tuple(r for r in runs if len(r) > 1) or (points,), closed=True)
+    return tuple(r for r in runs if len(r) > 1) or (points,)
 
 
 def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.float64]:

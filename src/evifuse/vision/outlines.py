@@ -1,14 +1,14 @@
-"""Every outline that the edges of a picture suggest."""
+"""Every outline that the edges of a picture suggest, the most promising ones first."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from evifuse.vision.detect import Chain
-from evifuse.vision.geometry import perimeter
-from evifuse.vision.join import convex_pieces, joined_paths
-from evifuse.vision.link import link_chain, link_chains, outer_link_list
-from evifuse.vision.primitives import Outline, outline_of
+from evifuse.vision.join import joined_paths
+from evifuse.vision.link import LinkList, link_chains, outer_path
+from evifuse.vision.pieces import Pieces, convex_pieces
 
 __all__ = ["clusters", "find_outlines"]
 
@@ -21,8 +21,34 @@ MAX_CHAINS = 300
 MOST_OUTLINES = 130
 """So many outlines, the widest and most nearly closed ones, are looked at closely (our own)."""
 
+WOUND = 1.3
+"""A chain with so many points per pixel around its hull runs round more than once (our own)."""
 
-def find_outlines(chains: Sequence[Chain]) -> list[Outline]:
+LEAST_TURN_RAD = 2.6
+"""A convex piece of an edge that turns by more than this may be an outline alone (our own)."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """An outline before it is looked at closely: chains in order, closed or not, their length, their hull."""
+
+    chains: tuple[Chain, ...]
+    closed: bool
+    length: float
+    around: float
+    width: float
+    box: tuple[int, ...]
+
+    @property
+    def promise(self) -> float:
+        """How nearly the outline is closed, and how wide it is; 0 for a straight line, a tangle, a bend."""
+        share = self.length / max(self.around, 1e-9)
+        if self.around < 12 or self.width < 0.016 * self.around or not 0.4 <= share <= 1.6:
+            return 0.0
+        return min(share, 1.0) ** 4 * self.width**0.5
+
+
+def find_outlines(chains: Sequence[Chain]) -> list[LinkList]:
     """Outlines of single edges, of their convex pieces joined across gaps, and of neighbouring strokes.
 
     Parameters
@@ -32,48 +58,77 @@ def find_outlines(chains: Sequence[Chain]) -> list[Outline]:
 
     Returns
     -------
-    list of Outline
-        The most promising first.
+    list of LinkList
+        The most promising first; none encloses next to nothing.
     """
-    found = [outline_of(link_chain(c)) for c in chains]
-    wound = [
-        outline_of(outer_link_list((c,)))
-        for c, o in zip(chains, found, strict=True)
-        if o is not None and len(c) > 1.3 * perimeter(o.hull)
-    ]
-    pieces = [p for c in chains for p in convex_pieces(c, shortest=12)]
-    found += [outline_of(link_chain(p.points)) for p in pieces if p.turn > 2.6]
-    found += [outline_of(link_chains(path, closed)) for path, closed in joined_paths(pieces)]
-    found += wound + [outline_of(outer_link_list(group)) for group in clusters(chains)]
-    promise = [(_promise(o), o) for o in found if o is not None]
-    ranked = sorted((pair for pair in promise if pair[0] > 0), key=lambda pair: -pair[0])
-    return _without_twins([o for _, o in ranked])
-
-
-def _without_twins(outlines: list[Outline]) -> list[Outline]:
-    """Leave out outlines whose bounds nearly equal those of two better ones."""
-    if not outlines:
+    if not chains:
         return []
-    bounds = np.array([np.concatenate([o.hull.min(axis=0), o.hull.max(axis=0)]) for o in outlines])
-    extent = (bounds[:, 2:] - bounds[:, :2]).max(axis=1)
+    pieces = convex_pieces(chains, shortest=12)
+    single = [_path((c,), _returns(c), _length(c)) for c in chains]
+    wound = [p.chains for p in single if len(p.chains[0]) > WOUND * p.around > 0]
+    outer = [outer_path(group) for group in [*wound, *clusters(chains)]]
+    found = single + _bent(pieces) + _joined(pieces)
+    found += [_path(path, True, sum(_length(c) for c in path)) for path in outer]
+    promise = [(p.promise, p) for p in found]
+    ranked = sorted((pair for pair in promise if pair[0] > 0), key=lambda pair: -pair[0])
+    return [link_chains(p.chains, p.closed) for p in _without_twins([p for _, p in ranked])]
+
+
+def _bent(pieces: Pieces) -> list[_Path]:
+    """Outlines of one piece of an edge each."""
+    alone = np.flatnonzero((pieces.turn > LEAST_TURN_RAD) & ~pieces.whole)
+    points = [pieces.points[i] for i in alone.tolist()]
+    return [_path((p,), _returns(p), v) for p, v in zip(points, pieces.length[alone].tolist(), strict=True)]
+
+
+def _joined(pieces: Pieces) -> list[_Path]:
+    """Outlines of several pieces each."""
+    nodes, paths = joined_paths(pieces)
+    lengths = nodes.length.tolist()
+    return [
+        _path(tuple(nodes.points[k] for k in p.nodes), p.closed, sum(lengths[k] for k in p.nodes))
+        for p in paths
+    ]
+
+
+def _path(chains: tuple[Chain, ...], closed: bool, length: float) -> _Path:
+    import cv2
+
+    points = np.concatenate(chains)
+    hull = cv2.convexHull(points.astype(np.float32)[:, None])
+    around = cv2.arcLength(hull, True)
+    width = 4 * cv2.contourArea(hull) / max(around, 1e-9)
+    return _Path(chains, closed, length, around, width, tuple(cv2.boundingRect(hull)))
+
+
+def _returns(chain: Chain) -> bool:
+    """Whether both ends of a chain nearly meet: no further apart than 5 % of its length."""
+    dx, dy = (chain[-1] - chain[0]).tolist()
+    return len(chain) > 12 and float(np.hypot(dx, dy)) <= max(3.0, 0.05 * len(chain))
+
+
+def _length(chain: Chain) -> float:
+    """Length of a chain without the steps of the pixel grid, px."""
+    import cv2
+
+    return cv2.arcLength(cv2.approxPolyDP(chain.astype(np.float32)[:, None], 1.5, False), False)
+
+
+def _without_twins(paths: list[_Path]) -> list[_Path]:
+    """Leave out outlines whose bounds nearly equal those of two better ones."""
+    bounds = np.array([p.box for p in paths], np.float64).reshape(-1, 4)
+    tolerance = 1 + 0.02 * bounds[:, 2:].max(axis=1, initial=0.0)
+    bounds[:, 2:] += bounds[:, :2]
     kept: list[int] = []
-    for i, b in enumerate(bounds):
-        alike = np.abs(bounds[kept] - b).max(axis=1) < 1 + 0.02 * extent[i] if kept else np.zeros(0, bool)
-        if alike.sum() < 2:
+    better = np.empty((MOST_OUTLINES, 4))
+    for i, box in enumerate(bounds):
+        apart = np.abs(better[: len(kept)] - box).max(axis=1)
+        if np.count_nonzero(apart < tolerance[i]) < 2:
+            better[len(kept)] = box
             kept.append(i)
         if len(kept) == MOST_OUTLINES:
             break
-    return [outlines[i] for i in kept]
-
-
-def _promise(outline: Outline) -> float:
-    """How nearly the outline is closed, and how wide it is; 0 for a tangle or a mere bend."""
-    links = outline.links
-    length = float(np.hypot(*(links.ends - links.starts).T).sum())
-    share = length / perimeter(outline.hull)
-    if not 0.4 <= share <= 1.6:
-        return 0.0
-    return min(share, 1.0) ** 4 * float(np.sqrt(outline.width))
+    return [paths[i] for i in kept]
 
 
 def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:

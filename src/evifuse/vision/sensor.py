@@ -10,12 +10,14 @@ from evifuse.belief import MassFunction
 from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
+from evifuse.vision.candidates import Candidates, candidates_of
 from evifuse.vision.detect import Detector, EdgeDrawing
 from evifuse.vision.evidence import shape_evidence
-from evifuse.vision.fit import FittedEdge, split_at_corners
-from evifuse.vision.group import Candidate, candidate_of, group_objects
+from evifuse.vision.fit import FittedEdge
+from evifuse.vision.group import group_objects
 from evifuse.vision.outlines import find_outlines
-from evifuse.vision.primitives import SHAPE_FRAME, Hypothesis
+from evifuse.vision.primitives import SHAPE_FRAME, Hypothesis, outlines_of
+from evifuse.vision.sides import split_at_corners
 from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
@@ -105,17 +107,30 @@ def sense_shapes(
     if detector is None:
         detector = EdgeDrawing(noise_gradient=working.noise_gradient)
     candidates = find_candidates(working, detector)
-    chosen = group_objects(candidates, LEAST_BELIEF)
+    if candidates is None:
+        return ()
+    boxes = candidates.boxes
+    chosen = group_objects(boxes, candidates.scores, LEAST_BELIEF)
     if not chosen:
         return ()
-    evidence = [shape_evidence({h.kind: h.belief for h in c.hypotheses}) for c in chosen]
+    shown = [candidates.hypotheses(i) for i in chosen]
+    evidence = [shape_evidence({h.kind: h.belief for h in hypotheses}) for hypotheses in shown]
     masses = np.stack([e.masses for e in evidence])
     together = classify(MassFunction(SHAPE_FRAME, evidence[0].focal_sets, masses), kb)
     size = (picture.shape[1], picture.shape[0])
-    return tuple(
-        _seen(c, working, size, e, _one_of(together, i))
-        for i, (c, e) in enumerate(zip(chosen, evidence, strict=True))
-    )
+    seen: list[SeenObject] = []
+    for k, (i, hypotheses) in enumerate(zip(chosen, shown, strict=True)):
+        edges = hypotheses[0].edges or split_at_corners(candidates.outlines.links[i])
+        seen.append(
+            SeenObject(
+                box=_pixel_box(working.point(boxes[i].reshape(2, 2)), size),
+                fitted_edges=tuple(working.edge(e) for e in edges),
+                primitives=tuple(working.hypothesis(h) for h in hypotheses),
+                evidence=evidence[k],
+                classification=_one_of(together, k),
+            )
+        )
+    return tuple(seen)
 
 
 def _one_of(together: Classification, i: int) -> Classification:
@@ -131,7 +146,7 @@ def _one_of(together: Classification, i: int) -> Classification:
     )
 
 
-def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candidate]:
+def find_candidates(working: WorkingPicture, detector: Detector) -> Candidates | None:
     """Every outline of a picture with the primitives it might show.
 
     Parameters
@@ -143,25 +158,11 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> list[Candida
 
     Returns
     -------
-    list of Candidate
-        In working coordinates, px.
+    Candidates or None
+        In working coordinates, px; None if there is no outline.
     """
-    chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
-    outlines = find_outlines(chains)
-    return [candidate_of(o, working.scale) for o in outlines]
-
-
-def _seen(
-    candidate: Candidate,
-    working: WorkingPicture,
-    size: tuple[int, int],
-    evidence: MassFunction,
-    classification: Classification,
-) -> SeenObject:
-    hypotheses = tuple(working.hypothesis(h) for h in candidate.hypotheses)
-    edges = candidate.hypotheses[0].edges or split_at_corners(candidate.outline.links)
-    box = _pixel_box(working.point(candidate.box.reshape(2, 2)), size)
-    return SeenObject(box, tuple(working.edge(e) for e in edges), hypotheses, evidence, classification)
+    links = find_outlines([c for c in detector(working.grey) if len(c) >= SHORTEST_PX])
+    return candidates_of(outlines_of(links), working.scale) if links else None
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -4,10 +4,13 @@ from collections.abc import Callable, Mapping
 
 from evifuse.belief import Frame
 from evifuse.vision.primitives import bracket, circle, ellipse, rectangle, square, triangle
-from evifuse.vision.primitives.base import Agreement, Geometry, Hypothesis, Outline, agreement, outline_of
+from evifuse.vision.primitives.agreement import Agreement
 from evifuse.vision.primitives.bracket import bracket_belief
 from evifuse.vision.primitives.circle import circle_belief
-from evifuse.vision.primitives.ellipse import Ellipse, ellipse_belief
+from evifuse.vision.primitives.ellipse import ellipse_belief
+from evifuse.vision.primitives.fits import Fits
+from evifuse.vision.primitives.hypothesis import Geometry, Hypothesis, Proposals
+from evifuse.vision.primitives.outline import Outlines, outlines_of
 from evifuse.vision.primitives.rectangle import rectangle_belief
 from evifuse.vision.primitives.square import square_belief
 from evifuse.vision.primitives.triangle import triangle_belief
@@ -16,21 +19,21 @@ __all__ = [
     "PRIMITIVES",
     "SHAPE_FRAME",
     "Agreement",
-    "Ellipse",
+    "Fits",
     "Geometry",
     "Hypothesis",
-    "Outline",
-    "agreement",
+    "Outlines",
+    "Proposals",
     "bracket_belief",
     "circle_belief",
     "ellipse_belief",
-    "outline_of",
+    "outlines_of",
     "rectangle_belief",
     "square_belief",
     "triangle_belief",
 ]
 
-PRIMITIVES: Mapping[str, Callable[[Outline], Hypothesis | None]] = {
+PRIMITIVES: Mapping[str, Callable[[Fits], Proposals]] = {
     "rectangle": rectangle.propose,
     "square": square.propose,
     "triangle": triangle.propose,

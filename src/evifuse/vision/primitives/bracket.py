@@ -1,7 +1,11 @@
 """The bracket primitive, an arc that is open like a C: our own, the chapter leaves its construction out."""
 
-from evifuse.vision.primitives.base import Agreement, Hypothesis, Outline
-from evifuse.vision.primitives.ellipse import fit_ellipse
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.vision.primitives.agreement import Agreement
+from evifuse.vision.primitives.fits import Fits
+from evifuse.vision.primitives.hypothesis import Proposals
 
 __all__ = ["bracket_belief", "propose"]
 
@@ -9,7 +13,7 @@ FULL_OPENING = 0.3
 """An arc that lacks this share of its ellipse in one piece is as open as a bracket gets (our own)."""
 
 
-def bracket_belief(match: Agreement, tangency: float) -> float:
+def bracket_belief(match: Agreement, tangency: NDArray[np.float64]) -> NDArray[np.float64]:
     """Belief in a bracket (our own).
 
     Product of fit, explained share, and opening: the longest run of the ellipse that is not seen, 0 if
@@ -19,54 +23,47 @@ def bracket_belief(match: Agreement, tangency: float) -> float:
     Parameters
     ----------
     match : Agreement
-        How well the outline and the fitted ellipse agree.
-    tangency : float
+        How well outlines and fitted ellipses agree.
+    tangency : ndarray of float64, shape (B,)
         How well the edge segments follow its direction, in [0, 1].
 
     Returns
     -------
-    float
+    ndarray of float64, shape (B,)
         In [0, 1].
     """
-    opening = min(1.0, match.opening / FULL_OPENING)
-    rest = 1 - match.opening
-    one_piece = match.coverage / rest if rest > 0 else 0.0
-    return tangency * match.fit * match.explained * opening * one_piece * min(1.0, match.coverage / 0.75) ** 2
+    opening = np.minimum(1.0, match.opening / FULL_OPENING)
+    one_piece = match.coverage / np.maximum(1 - match.opening, 1e-9)
+    enough = np.minimum(1.0, match.coverage / 0.75) ** 2
+    return tangency * match.fit * match.explained * opening * one_piece * enough
 
 
-def propose(outline: Outline) -> Hypothesis | None:
-    """Bracket hypothesis for an outline.
+def propose(fits: Fits) -> Proposals:
+    """Bracket hypotheses.
 
     Parameters
     ----------
-    outline : Outline
-        What is seen.
+    fits : Fits
+        What is seen, and what was fitted to it.
 
     Returns
     -------
-    Hypothesis or None
-        None if no ellipse can be fitted.
+    Proposals
+        Where an ellipse can be fitted.
     """
-    found = fit_ellipse(outline)
-    if found is None:
-        return None
-    ellipse, match, tangency = found
-    return Hypothesis(
+    ellipse, match = fits.ellipse, fits.ellipse.match
+    return Proposals(
         kind="bracket",
-        belief=bracket_belief(match, tangency),
-        geometry={
-            "centre": list(ellipse.centre),
-            "axes": list(ellipse.axes),
-            "angle_rad": ellipse.angle_rad,
-        },
-        shape=ellipse.polygon(),
+        proposed=ellipse.found,
+        belief=bracket_belief(match, ellipse.tangency),
+        shape=ellipse.shape,
         deviation=match.deviation,
-        curved=True,
         terms={
             "fit": match.fit,
             "explained": match.explained,
             "opening": match.opening,
             "coverage": match.coverage,
-            "tangency": tangency,
+            "tangency": ellipse.tangency,
         },
+        geometry=ellipse.geometry,
     )

@@ -1,12 +1,19 @@
 """The circle primitive: our own, the chapter leaves its construction out."""
 
-from evifuse.vision.primitives.base import Agreement, Hypothesis, Outline
-from evifuse.vision.primitives.ellipse import ellipse_belief, fit_ellipse
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.vision.primitives.agreement import Agreement
+from evifuse.vision.primitives.ellipse import ellipse_belief
+from evifuse.vision.primitives.fits import Fits
+from evifuse.vision.primitives.hypothesis import Proposals
 
 __all__ = ["circle_belief", "propose"]
 
 
-def circle_belief(match: Agreement, tangency: float, axis_ratio: float) -> float:
+def circle_belief(
+    match: Agreement, tangency: NDArray[np.float64], axis_ratio: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Belief in a circle (our own).
 
     The belief in the ellipse times the fourth power of its axis ratio: 0.8 leaves 0.41.
@@ -14,50 +21,50 @@ def circle_belief(match: Agreement, tangency: float, axis_ratio: float) -> float
     Parameters
     ----------
     match : Agreement
-        How well the outline and the fitted ellipse agree.
-    tangency : float
+        How well outlines and fitted ellipses agree.
+    tangency : ndarray of float64, shape (B,)
         How well the edge segments follow its direction, in [0, 1].
-    axis_ratio : float
+    axis_ratio : ndarray of float64, shape (B,)
         Short axis over long axis, in (0, 1].
 
     Returns
     -------
-    float
+    ndarray of float64, shape (B,)
         In [0, 1].
     """
     return ellipse_belief(match, tangency) * axis_ratio**4
 
 
-def propose(outline: Outline) -> Hypothesis | None:
-    """Circle hypothesis for an outline.
+def propose(fits: Fits) -> Proposals:
+    """Circle hypotheses.
 
     Parameters
     ----------
-    outline : Outline
-        What is seen.
+    fits : Fits
+        What is seen, and what was fitted to it.
 
     Returns
     -------
-    Hypothesis or None
-        None if no ellipse can be fitted.
+    Proposals
+        Where an ellipse can be fitted.
     """
-    found = fit_ellipse(outline)
-    if found is None:
-        return None
-    ellipse, match, tangency = found
-    ratio = ellipse.axes[1] / ellipse.axes[0]
-    return Hypothesis(
+    ellipse, match = fits.ellipse, fits.ellipse.match
+    ratio = ellipse.axes[:, 1] / ellipse.axes[:, 0]
+    return Proposals(
         kind="circle",
-        belief=circle_belief(match, tangency, ratio),
-        geometry={"centre": list(ellipse.centre), "radius": sum(ellipse.axes) / 4},
-        shape=ellipse.polygon(),
+        proposed=ellipse.found,
+        belief=circle_belief(match, ellipse.tangency, ratio),
+        shape=ellipse.shape,
         deviation=match.deviation,
-        curved=True,
         terms={
             "fit": match.fit,
             "explained": match.explained,
             "coverage": match.coverage,
-            "tangency": tangency,
+            "tangency": ellipse.tangency,
             "axis_ratio": ratio**4,
+        },
+        geometry=lambda i: {
+            "centre": ellipse.centre[i].tolist(),
+            "radius": float(ellipse.axes[i].mean() / 2),
         },
     )

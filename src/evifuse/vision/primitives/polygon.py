@@ -1,92 +1,183 @@
-"""Hypothesised polygons: few corners for an outline, refined on its points."""
+"""Hypothesised polygons: few corners for each outline, refined on its points."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.vision.fit import FittedEdges
 from evifuse.vision.geometry import (
-    angle_between,
     area,
+    corner_angles,
     distances_to_polygon,
     fit_line,
+    following,
     intersection,
-    reduce_polygon,
+    side_lengths,
 )
-from evifuse.vision.primitives.base import Outline
+from evifuse.vision.primitives.agreement import Agreement, agreement
+from evifuse.vision.primitives.hypothesis import LEAST_TRUST, Geometry, Proposals
+from evifuse.vision.primitives.outline import Outlines
+from evifuse.vision.sides import fit_sides
 
-__all__ = ["corner_angles", "polygon_for"]
+__all__ = ["FittedPolygons", "fit_polygons", "mean_of_sides", "pattern_proposals"]
 
 MOST_ADDED = {3: 1.55, 4: 1.45}
 """A polygon with so many corners that encloses more than this times the hull is no hypothesis (our own): a
 circle needs 1.65 for a triangle and 1.27 for a quadrilateral, a square 2.0 for a triangle."""
 
 
-def polygon_for(outline: Outline, corners: int) -> NDArray[np.float64] | None:
-    """Convex polygon that stands for an outline.
+@dataclass(frozen=True, eq=False)
+class FittedPolygons:
+    """A polygon for each of many outlines.
+
+    Parameters
+    ----------
+    found : ndarray of bool, shape (B,)
+        Where there is one.
+    corners : ndarray of float64, shape (B, K, 2)
+        Corners in order, px; NaN for none.
+    sides : FittedEdges
+        Fitted edges, shape (B, K), from corner ``i`` to corner ``i + 1``.
+    match : Agreement
+        How well outline and polygon agree.
+    """
+
+    found: NDArray[np.bool_]
+    corners: NDArray[np.float64]
+    sides: FittedEdges
+    match: Agreement
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Lengths of the sides, px, shape (B, K); NaN for a missing one."""
+        return np.where(np.isnan(self.sides.beliefs), np.nan, side_lengths(self.corners))
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Interior angles at the end of each side, radians, shape (B, K)."""
+        return np.roll(corner_angles(self.corners), -1, axis=1)
+
+    def geometry(self, i: int) -> Geometry:
+        """Where the polygon of one outline lies.
+
+        Parameters
+        ----------
+        i : int
+            Number of the outline.
+
+        Returns
+        -------
+        Geometry
+            Its corners.
+        """
+        return {"corners": self.corners[i].tolist()}
+
+
+def fit_polygons(outlines: Outlines, reduced: NDArray[np.float64]) -> FittedPolygons:
+    """Convex polygon that stands for each outline.
 
     It starts as the hull reduced to few sides; then each side is fitted to the points next to it, twice,
-    the farthest tenth left out, and the corners move to where the sides meet.
+    the farthest tenth left out, and the corners move to where the sides meet (our own).
 
     Parameters
     ----------
-    outline : Outline
+    outlines : Outlines
         What is seen.
-    corners : int
-        How many corners.
+    reduced : ndarray of float64, shape (B, K, 2)
+        Hulls reduced to few corners, px; NaN for none.
 
     Returns
     -------
-    ndarray of float64, shape (corners, 2), or None
-        Corners in order, px; None if there is no such polygon.
+    FittedPolygons
+        None where the reduced hull is much larger than the hull, or outline and polygon do not agree.
     """
-    polygon = reduce_polygon(outline.hull, corners)
-    if polygon is None or area(polygon) > MOST_ADDED[corners] * area(outline.hull):
-        return None
+    polygon = reduced.copy()
+    polygon[area(polygon) > MOST_ADDED[reduced.shape[1]] * outlines.inside] = np.nan
     for _ in range(2):
-        refined = _refined(outline, polygon)
-        if refined is None:
-            break
-        polygon = refined
-    return polygon
+        polygon = _refined(outlines, polygon)
+    distance, _ = distances_to_polygon(outlines.points, polygon)
+    match = agreement(outlines, polygon, distance)
+    found = match.trust >= LEAST_TRUST
+    polygon[~found] = np.nan
+    sides = fit_sides(outlines.starts, outlines.ends, outlines.owner, polygon)
+    return FittedPolygons(found, polygon, sides, match)
 
 
-def _refined(outline: Outline, polygon: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    distance, side = distances_to_polygon(outline.points, polygon)
-    lines: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
-    for i, corner in enumerate(polygon):
-        along = polygon[(i + 1) % len(polygon)] - corner
-        span = float(np.hypot(along[0], along[1]))
-        direction = along / max(span, 1e-9)
-        mine = side == i
-        t = (outline.points[mine] - corner) @ direction / max(span, 1e-9)
-        inner = np.flatnonzero(mine)[(t > 0.08) & (t < 0.92)]
-        inner = inner[distance[inner] <= 4 * outline.tolerance]
-        if len(inner) >= 4:
-            keep = inner[np.argsort(distance[inner])][: max(4, int(np.ceil(0.9 * len(inner))))]
-            lines.append(fit_line(outline.points[keep]))
-        else:
-            lines.append((corner, direction))
-    moved: list[NDArray[np.float64]] = []
-    for i, corner in enumerate(polygon):
-        meeting = intersection(*lines[i - 1], *lines[i])
-        if meeting is None or np.hypot(*(meeting - corner)) > 0.25 * outline.width + 3:
-            meeting = corner
-        moved.append(meeting)
-    return np.array(moved)
+def _refined(outlines: Outlines, polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+    distance, side = distances_to_polygon(outlines.points, polygon)
+    points = outlines.points[:, None]
+    along = following(polygon) - polygon
+    spans = np.maximum(side_lengths(polygon), 1e-9)[..., None]
+    t = ((points - polygon[:, :, None]) * along[:, :, None]).sum(axis=-1) / spans**2
+    inner = (side[:, None] == np.arange(polygon.shape[1])[:, None]) & (t > 0.08) & (t < 0.92)
+    inner &= (distance <= 4 * outlines.tolerance[:, None])[:, None]
+    count = inner.sum(axis=-1, keepdims=True)
+    apart = np.where(inner, distance[:, None], np.inf)
+    rank = np.maximum(np.maximum(4, np.ceil(0.9 * count).astype(np.intp)) - 1, 0)
+    limit = np.take_along_axis(np.sort(apart, axis=-1), rank, axis=-1)
+    centre, direction = fit_line(points, (inner & (apart <= limit)).astype(np.float64))
+    fitted = count >= 4
+    centre, direction = np.where(fitted, centre, polygon), np.where(fitted, direction, along / spans)
+    before = np.roll(centre, 1, axis=1), np.roll(direction, 1, axis=1)
+    meeting = intersection(*before, centre, direction)
+    moved = np.hypot(*np.moveaxis(meeting - polygon, -1, 0))
+    keep = ~(moved <= (0.25 * outlines.width + 3)[:, None])
+    return np.where(keep[..., None], polygon, meeting)
 
 
-def corner_angles(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Interior angles of a convex polygon.
+def mean_of_sides(beliefs: NDArray[np.float64], least: int) -> NDArray[np.float64]:
+    """Mean belief of the sides that are present (the project's reading of section 3.2).
 
     Parameters
     ----------
-    polygon : ndarray of float64, shape (K, 2)
-        Corners in order.
+    beliefs : ndarray of float64, shape (..., K)
+        Belief in each side; NaN for a missing one.
+    least : int
+        With fewer sides the mean is 0.
 
     Returns
     -------
-    ndarray of float64, shape (K,)
-        Radians, at each corner.
+    ndarray of float64, shape (...)
+        In [0, 1].
     """
-    before = np.roll(polygon, 1, axis=0) - polygon
-    after = np.roll(polygon, -1, axis=0) - polygon
-    return np.array([angle_between(u, v) for u, v in zip(before, after, strict=True)])
+    present = (~np.isnan(beliefs)).sum(axis=-1)
+    return np.where(present >= least, np.nansum(beliefs, axis=-1) / np.maximum(present, 1), 0.0)
+
+
+def pattern_proposals(kind: str, polygons: FittedPolygons, pattern: NDArray[np.float64]) -> Proposals:
+    """Proposals of a polygonal primitive.
+
+    The belief of the chapter is multiplied by how well outline and polygon agree (fit, explained share and
+    coverage; our own): the chapter starts from edges that are known to belong to the pattern.
+
+    Parameters
+    ----------
+    kind : str
+        Member of the shape frame.
+    polygons : FittedPolygons
+        One for each outline.
+    pattern : ndarray of float64, shape (B,)
+        Belief of the chapter, in [0, 1].
+
+    Returns
+    -------
+    Proposals
+        Where there is a polygon.
+    """
+    match = polygons.match
+    return Proposals(
+        kind=kind,
+        proposed=polygons.found,
+        belief=pattern * match.trust,
+        shape=polygons.corners,
+        deviation=match.deviation,
+        terms={
+            "pattern": pattern,
+            "fit": match.fit,
+            "explained": match.explained,
+            "coverage": match.coverage,
+        },
+        geometry=polygons.geometry,
+        edges=polygons.sides,
+    )

@@ -1,16 +1,16 @@
 """The triangle primitive (section 3.2.3)."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from evifuse.vision.fit import fit_sides
-from evifuse.vision.primitives.base import LEAST_TRUST, Hypothesis, Outline, agreement
-from evifuse.vision.primitives.polygon import corner_angles, polygon_for
+from evifuse.vision.primitives.fits import Fits
+from evifuse.vision.primitives.hypothesis import Proposals
+from evifuse.vision.primitives.polygon import mean_of_sides, pattern_proposals
 
 __all__ = ["propose", "triangle_belief"]
 
 
-def triangle_belief(beliefs: ArrayLike, angles: ArrayLike) -> float:
+def triangle_belief(beliefs: ArrayLike, angles: ArrayLike) -> NDArray[np.float64]:
     """Belief in a triangle with fitted edges AB, BC, CA (section 3.2.3).
 
     The mean belief of the sides that are present, times ``1 - |sin(sum of the interior angles)|``. The
@@ -18,62 +18,39 @@ def triangle_belief(beliefs: ArrayLike, angles: ArrayLike) -> float:
 
     Parameters
     ----------
-    beliefs : array_like of float, shape (3,)
+    beliefs : array_like of float, shape (..., 3)
         Beliefs of the sides, in [0, 1]; NaN for a missing side.
-    angles : array_like of float, shape (K,)
+    angles : array_like of float, shape (..., K)
         Interior angles that are known, radians; NaN for one that is not.
 
     Returns
     -------
-    float
+    ndarray of float64, shape (...)
         In [0, 1]; 0 with fewer than two sides.
 
     Examples
     --------
     The printed example, 0.20:
 
-    >>> round(triangle_belief([0.31, 0.15, 0.15], np.deg2rad([80, 100])), 2)
+    >>> round(float(triangle_belief([0.31, 0.15, 0.15], np.deg2rad([80, 100]))), 2)
     0.2
     """
-    b = np.asarray(beliefs, np.float64)
-    present = ~np.isnan(b)
-    if present.sum() < 2:
-        return 0.0
-    return float(b[present].mean() * (1 - abs(np.sin(np.nansum(np.asarray(angles, np.float64))))))
+    total = np.nansum(np.asarray(angles, np.float64), axis=-1)
+    return mean_of_sides(np.asarray(beliefs, np.float64), least=2) * (1 - np.abs(np.sin(total)))
 
 
-def propose(outline: Outline) -> Hypothesis | None:
-    """Triangle hypothesis for an outline.
-
-    The belief of the chapter is multiplied by how well outline and triangle agree (fit, explained share and
-    coverage; our own).
+def propose(fits: Fits) -> Proposals:
+    """Triangle hypotheses.
 
     Parameters
     ----------
-    outline : Outline
-        What is seen.
+    fits : Fits
+        What is seen, and what was fitted to it.
 
     Returns
     -------
-    Hypothesis or None
-        None if no triangle can be formed.
+    Proposals
+        Where a triangle can be formed.
     """
-    corners = polygon_for(outline, 3)
-    if corners is None:
-        return None
-    match = agreement(outline, corners)
-    if match.trust < LEAST_TRUST:
-        return None
-    sides = fit_sides(outline.links, corners)
-    beliefs = [np.nan if e is None else e.belief for e in sides]
-    pattern = triangle_belief(beliefs, corner_angles(corners))
-    terms = {"pattern": pattern, "fit": match.fit, "explained": match.explained, "coverage": match.coverage}
-    return Hypothesis(
-        kind="triangle",
-        belief=float(np.prod(list(terms.values()))),
-        geometry={"corners": corners.tolist()},
-        shape=corners,
-        deviation=match.deviation,
-        edges=tuple(e for e in sides if e is not None),
-        terms=terms,
-    )
+    three = fits.triangle
+    return pattern_proposals("triangle", three, triangle_belief(three.sides.beliefs, three.angles))

@@ -1,0 +1,167 @@
+"""Ellipses fitted to outlines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.vision.primitives.agreement import Agreement, agreement
+from evifuse.vision.primitives.hypothesis import Geometry
+from evifuse.vision.primitives.outline import POINTS, Outlines
+
+__all__ = ["FittedEllipses", "fit_ellipses", "tangency_of"]
+
+CORNERS = 48
+"""Corners of the polygon that stands for an ellipse."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedEllipses:
+    """An ellipse for each of many outlines.
+
+    Parameters
+    ----------
+    found : ndarray of bool, shape (B,)
+        Where there is one.
+    centre : ndarray of float64, shape (B, 2)
+        (x, y), px.
+    axes : ndarray of float64, shape (B, 2)
+        Full lengths of the long and the short axis, px.
+    angle_rad : ndarray of float64, shape (B,)
+        Direction of the long axis from x towards y, radians, in [-pi / 2, pi / 2).
+    match : Agreement
+        How well outline and ellipse agree.
+    tangency : ndarray of float64, shape (B,)
+        How well the edge segments run along it, see `tangency_of`.
+    """
+
+    found: NDArray[np.bool_]
+    centre: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    angle_rad: NDArray[np.float64]
+    match: Agreement
+    tangency: NDArray[np.float64]
+
+    @property
+    def shape(self) -> NDArray[np.float64]:
+        """Points on the ellipses, in order, px, shape (B, 48, 2)."""
+        return _polygons(np.column_stack([self.centre, self.axes, self.angle_rad]))
+
+    def geometry(self, i: int) -> Geometry:
+        """Where the ellipse of one outline lies.
+
+        Parameters
+        ----------
+        i : int
+            Number of the outline.
+
+        Returns
+        -------
+        Geometry
+            Centre, axes and angle.
+        """
+        return {
+            "centre": self.centre[i].tolist(),
+            "axes": self.axes[i].tolist(),
+            "angle_rad": float(self.angle_rad[i]),
+        }
+
+
+def fit_ellipses(outlines: Outlines) -> FittedEllipses:
+    """Ellipses of least squared algebraic distance that stay ellipses (Fitzgibbon et al., 1999).
+
+    Fitted twice: once to all points, once to the nearest 85 % of them; the better one is taken.
+
+    Parameters
+    ----------
+    outlines : Outlines
+        What is seen.
+
+    Returns
+    -------
+    FittedEllipses
+        None where the points lie on no ellipse of a size comparable with the outline.
+    """
+    first = _direct(outlines.points)
+    distance = _distances(outlines.points, first)
+    match = agreement(outlines, _polygons(first), distance)
+    near = np.sort(np.argsort(distance, axis=1)[:, : int(0.85 * POINTS)], axis=1)
+    second = _direct(np.take_along_axis(outlines.points, near[..., None], axis=1))
+    other = agreement(outlines, _polygons(second), _distances(outlines.points, second))
+    better = other.trust > match.trust
+    best, match = np.where(better[:, None], second, first), other.where(better, match)
+    extent = np.ptp(outlines.hull, axis=1).max(axis=1)
+    return FittedEllipses(
+        found=best[:, 2] <= 3 * extent,
+        centre=best[:, :2],
+        axes=best[:, 2:4],
+        angle_rad=best[:, 4],
+        match=match,
+        tangency=tangency_of(outlines, best),
+    )
+
+
+def tangency_of(outlines: Outlines, ellipses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How well the edge segments of outlines run along ellipses (our own).
+
+    For an arc what ``|x - y| / L * (1 - sin phi)`` is for a fitted edge: the mean over the segments, weighted
+    by length, of ``1 - sin`` of the angle to the tangent; what the chord of an arc can't avoid is not
+    counted.
+
+    Parameters
+    ----------
+    outlines : Outlines
+        What is seen.
+    ellipses : ndarray of float64, shape (B, 5)
+        Centre x and y, long and short axis, angle; px and radians.
+
+    Returns
+    -------
+    ndarray of float64, shape (B,)
+        In [0, 1].
+    """
+    own = ellipses[outlines.owner]
+    along = outlines.ends - outlines.starts
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    along = _turned(along, own[:, 4])
+    normal = _turned((outlines.starts + outlines.ends) / 2 - own[:, :2], own[:, 4]) / own[:, 2:4] ** 2
+    off = np.abs((along * normal).sum(axis=1))
+    off /= np.maximum(lengths * np.hypot(normal[:, 0], normal[:, 1]), 1e-12)
+    on = np.bincount(outlines.owner, lengths * (1 - np.clip(off, 0, 1)), minlength=len(ellipses))
+    return on / np.maximum(np.bincount(outlines.owner, lengths, minlength=len(ellipses)), 1e-12)
+
+
+def _direct(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Centre x and y, long and short axis and angle of the ellipse of each outline; NaN for none."""
+    import cv2
+
+    found = np.array([(*c, *a, d) for c, a, d in map(cv2.fitEllipseDirect, points.astype(np.float32))])
+    found[~(np.isfinite(found).all(axis=1) & (found[:, 2:4].min(axis=1) > 0.5))] = np.nan
+    upright = found[:, 2] < found[:, 3]
+    found[upright, 2:4] = found[upright, 3:1:-1]
+    angle = np.deg2rad(found[:, 4] + 90 * upright)
+    found[:, 4] = (angle + np.pi / 2) % np.pi - np.pi / 2
+    return found
+
+
+def _turned(vectors: NDArray[np.float64], angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors, shape (..., 2), in axes turned by an angle, shape (...)."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
+
+
+def _distances(points: NDArray[np.float64], ellipses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of points from ellipses to first order in the gauge function, exact for circles."""
+    own = _turned(points - ellipses[:, None, :2], ellipses[:, None, 4])
+    half = ellipses[:, None, 2:4] / 2
+    gauge = np.hypot(*np.moveaxis(own / half, -1, 0))
+    slope = np.hypot(*np.moveaxis(own / half**2, -1, 0)) / np.maximum(gauge, 1e-9)
+    return np.abs(gauge - 1) / np.maximum(slope, 1e-9)
+
+
+def _polygons(ellipses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points on ellipses, in order, shape (B, 48, 2)."""
+    t = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    unit = np.stack([np.cos(t), np.sin(t)], axis=-1)
+    return ellipses[:, None, :2] + _turned(unit * ellipses[:, None, 2:4] / 2, -ellipses[:, None, 4])
