@@ -17,7 +17,7 @@ from evifuse.belief._lattice import noise, swept
 from evifuse.belief._sources import spread
 from evifuse.belief.combine import Combination, conjunctive
 from evifuse.belief.mass import MassFunction, every_set
-from evifuse.errors import ConflictError
+from evifuse.errors import ConflictError, MassError
 
 __all__ = ["joint", "loops"]
 
@@ -32,6 +32,9 @@ LOWEST = -1100
 
 NEVER = np.iinfo(np.int64).min // 2
 """The power of two that stands for a mass of 0."""
+
+MOST_SETS = 1 << 24
+"""So many masses, with their sets and powers, are half a gigabyte."""
 
 RESIDUE = 1e-14
 """What the sum of masses may lack to 1 through rounding."""
@@ -73,10 +76,27 @@ def joint(sources: Sequence[MassFunction], *, normalise: bool) -> Combination:
     )
     if least < SMALLEST_LOG:
         return _scaled_pairs(sources, normalise)
-    product = reduce(lambda a, b: conjunctive(a, b).mass, sources)
+    product = reduce(_pair, sources)
     empty = product.focal_sets == 0
     conflict = product.where(empty)
     return _scaled(product, conflict) if normalise else Combination(product, conflict)
+
+
+def _pair(a: MassFunction, b: MassFunction) -> MassFunction:
+    rows = int(np.prod(np.broadcast_shapes(a.batch, b.batch)))
+    _room(rows, a.masses.shape[-1] * b.masses.shape[-1], a)
+    return conjunctive(a, b).mass
+
+
+def _room(rows: int, pairs: int, m: MassFunction) -> int:
+    """How many intersections to expect; far too many are refused before memory runs out."""
+    size = min(pairs, 1 << min(len(m.frame), 40))
+    if rows * size > MOST_SETS:
+        raise MassError(
+            f"the sources have {pairs} intersections in each of {rows} cases, more than fit: combine fewer "
+            "at a time, or use a coarser frame"
+        )
+    return size
 
 
 def _scaled(product: MassFunction, conflict: Array) -> Combination:
@@ -118,14 +138,14 @@ def _singletons(sources: Sequence[MassFunction], normalise: bool) -> Combination
             ratio += np.where(rest > 0, np.log1p(single / rest), np.inf)
     parts = np.concatenate([-plausible * np.expm1(-ratio), unknown], axis=-1)
     powers = np.concatenate([likely, powers], axis=-1)
-    rest = 1.0 - np.ldexp(parts, powers).sum(axis=-1)
-    rest[rest < RESIDUE] = 0.0
+    rest = 1.0 - np.ldexp(parts, np.maximum(powers, LOWEST)).sum(axis=-1)
+    rest = np.where(rest < RESIDUE, 0.0, rest)
     if normalise:
         return Combination(
             MassFunction.trusted(frame, sources[0].focal_sets, _relative(parts, powers), "singletons"), rest
         )
     sets = np.append(sources[0].focal_sets, np.int64(0))
-    masses = np.concatenate([np.ldexp(parts, powers), rest[..., None]], axis=-1)
+    masses = np.concatenate([np.ldexp(parts, np.maximum(powers, LOWEST)), rest[..., None]], axis=-1)
     return Combination(MassFunction.trusted(frame, sets, masses, "shared"), rest)
 
 
@@ -162,14 +182,13 @@ def _scaled_pairs(sources: Sequence[MassFunction], normalise: bool) -> Combinati
     frame = sources[0].frame
     batch, all_sets, all_masses = spread(list(sources))
     rows = int(np.prod(batch))
-    limit = 1 << min(len(frame), 40)
     sets, parts = np.full((rows, 1), frame.full, dtype=np.int64), np.ones((rows, 1))
     powers = np.zeros((rows, 1), dtype=np.int64)
     for more_sets, more_masses in zip(all_sets, all_masses, strict=True):
         width = more_masses.shape[-1]
         others = np.ascontiguousarray(more_sets).reshape(rows, width)
         more, exponents = np.frexp(np.ascontiguousarray(more_masses).reshape(rows, width))
-        shape = (rows, min(sets.shape[1] * width, limit))
+        shape = (rows, _room(rows, sets.shape[1] * width, sources[0]))
         out = np.zeros(shape, np.int64), np.zeros(shape), np.zeros(shape, np.int64)
         counts = loops().scaled_intersections(
             sets, parts, powers, others, more, exponents.astype(np.int64), *out
@@ -179,7 +198,7 @@ def _scaled_pairs(sources: Sequence[MassFunction], normalise: bool) -> Combinati
     shape = (*batch, sets.shape[-1])
     sets, parts, powers = sets.reshape(shape), parts.reshape(shape), powers.reshape(shape)
     values = np.ldexp(parts, np.maximum(powers, LOWEST))
-    conflict = np.where(sets == 0, values, 0.0).sum(axis=-1)
+    conflict = np.minimum(np.where(sets == 0, values, 0.0).sum(axis=-1), 1.0)
     if normalise:
         values = _relative(np.where(sets == 0, 0.0, parts), powers)
     return Combination(MassFunction.trusted(frame, sets, values).tidy(), conflict)

@@ -157,7 +157,7 @@ def decombine(
 
 
 def _closed(quotient: Array, divisor: Array) -> tuple[Array, Array]:
-    """Commonalities scaled so that the largest of a hypothesis is 1, with no mass on the empty set."""
+    """Commonalities scaled to 1, with no mass on the empty set."""
     count = quotient.shape[-1]
     singles = 1 << np.arange(count.bit_length() - 1)
     largest = quotient[..., singles].max(axis=-1, keepdims=True)
@@ -168,11 +168,11 @@ def _closed(quotient: Array, divisor: Array) -> tuple[Array, Array]:
             f"all mass of the combination{at} is on the empty set: nothing is left to scale to 1"
         )
     quotient = quotient / largest
-    alone = quotient.copy()
-    alone[..., 0] = 0.0
-    empty = swept("differences_down", alone)[..., 0]  # minus the sum of all other masses
-    quotient[..., 0] = -empty
-    return quotient, divisor * largest
+    quotient[..., 0] = 0.0
+    total = -swept("differences_down", quotient)[..., :1]  # of all masses but that of the empty set
+    quotient[..., :1] = total
+    scale = np.where(total > 0, total, 1.0)
+    return quotient / scale, divisor * largest * scale
 
 
 def cautious_of(sources: Sequence[MassFunction]) -> Combination:
