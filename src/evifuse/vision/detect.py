@@ -6,7 +6,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NOISE_GRADIENT", "Chain", "Detector", "EdgeDrawing", "noise_level"]
+__all__ = ["NOISE_GRADIENT", "Chain", "Detector", "EdgeDrawing", "grey_quantile", "noise_level"]
 
 Chain: TypeAlias = NDArray[np.float64]
 """Edge points in order along an edge, shape (N, 2), (x, y) in px; pixel centres are whole numbers."""
@@ -85,8 +85,8 @@ class EdgeDrawing:
         settings.NFAValidation = True
         detector.setParams(settings)
         detector.detectEdges(np.ascontiguousarray(grey))
-        found = (np.asarray(s, dtype=np.float64).reshape(-1, 2) for s in detector.getSegments())
-        return tuple(c for c in found if len(c) >= self.shortest_px)
+        found = (np.asarray(s).reshape(-1, 2) for s in detector.getSegments())
+        return tuple(c.astype(np.float64) for c in found if len(c) >= self.shortest_px)
 
 
 def noise_level(grey: NDArray[np.uint8]) -> float:
@@ -107,9 +107,30 @@ def noise_level(grey: NDArray[np.uint8]) -> float:
     """
     import cv2
 
-    kernel = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]], dtype=np.float32) / 6.0
-    response = cv2.filter2D(grey, cv2.CV_32F, kernel)
-    return float(np.median(np.abs(response[1:-1, 1:-1])) / 0.6745)
+    kernel = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]], dtype=np.float32)
+    response = cv2.convertScaleAbs(cv2.filter2D(grey, cv2.CV_16S, kernel)[1:-1, 1:-1])
+    return grey_quantile(np.asarray(response, np.uint8), 0.5) / 6.0 / 0.6745
+
+
+def grey_quantile(grey: NDArray[np.uint8], share: float) -> float:
+    """Quantile of whole numbers, by counting them.
+
+    Parameters
+    ----------
+    grey : ndarray of uint8, shape (H, W)
+        Picture.
+    share : float
+        In (0, 1).
+
+    Returns
+    -------
+    float
+        Lowest grey level that at least this share of the pixels does not exceed.
+    """
+    import cv2
+
+    counts = cv2.calcHist([grey], [0], None, [256], [0, 256]).ravel()
+    return float(np.searchsorted(np.cumsum(counts, dtype=np.float64), share * grey.size))
 
 
 def _settings():  # pyright: ignore[reportUnknownParameterType]

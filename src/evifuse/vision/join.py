@@ -114,11 +114,19 @@ def _near(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs (i, j) where piece j starts near the end of piece i, for the reach of the shorter of both."""
     reach = 3 + GAP * sizes
-    i, j = _in_reach(ends, starts, reach)
-    keep = sizes[i] <= sizes[j]
-    other_j, other_i = _in_reach(starts, ends, reach)
-    other = sizes[other_j] < sizes[other_i]
-    return np.append(i[keep], other_i[other]), np.append(j[keep], other_j[other])
+    froms, tos = [np.empty(0, np.intp)], [np.empty(0, np.intp)]
+    octave = np.log2(np.maximum(sizes, 1)).astype(np.intp)
+    for o in np.unique(octave):
+        short, others = np.flatnonzero(octave == o), np.flatnonzero(octave >= o)
+        i, j = _in_reach(ends[short], starts[others], reach[short])
+        keep = sizes[short[i]] <= sizes[others[j]]
+        froms.append(short[i[keep]])
+        tos.append(others[j[keep]])
+        j, i = _in_reach(starts[short], ends[others], reach[short])
+        keep = sizes[short[j]] < sizes[others[i]]
+        froms.append(others[i[keep]])
+        tos.append(short[j[keep]])
+    return np.concatenate(froms), np.concatenate(tos)
 
 
 def _in_reach(
@@ -132,8 +140,9 @@ def _in_reach(
     centre = np.repeat(np.arange(len(centres)), count)
     place = np.arange(len(centre)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(low, count)
     point = order[place]
-    dx, dy = (points[point] - centres[centre]).T
-    keep = dx * dx + dy * dy <= reach[centre] ** 2
+    keep = np.abs(points[point, 1] - centres[centre, 1]) <= reach[centre]
+    centre, point = centre[keep], point[keep]
+    keep = ((points[point] - centres[centre]) ** 2).sum(axis=1) <= reach[centre] ** 2
     return centre[keep], point[keep]
 
 

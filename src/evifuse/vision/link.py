@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
 
-__all__ = ["LinkList", "link_chains", "outer_path", "outer_points"]
+__all__ = ["LinkList", "link_chains", "outer_path", "outer_points", "straightened"]
 
 SEGMENT_TOLERANCE_PX = 1.2
 """How far edge points may lie from the straight segment that stands for them, px, at least."""
@@ -56,13 +56,13 @@ def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
     LinkList
         Every chain cut into straight edge segments (Douglas and Peucker, 1973).
     """
-    points = np.vstack(chains)
+    points = np.concatenate(chains)
     tolerance = max(SEGMENT_TOLERANCE_PX, SEGMENT_TOLERANCE * float(np.ptp(points, axis=0).max()))
-    corners = [_straight_pieces(c, tolerance) for c in chains]
+    corners = [straightened(c, tolerance) for c in chains]
     return LinkList(
         points=points,
-        starts=np.vstack([c[:-1] for c in corners]),
-        ends=np.vstack([c[1:] for c in corners]),
+        starts=np.concatenate([c[:-1] for c in corners]),
+        ends=np.concatenate([c[1:] for c in corners]),
         closed=closed,
     )
 
@@ -129,9 +129,22 @@ def _centroid(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
     return polygon[0] + ((p + q) * w[:, None]).sum(axis=0) / (3 * total)
 
 
-def _straight_pieces(chain: Chain, tolerance: float) -> NDArray[np.float64]:
-    """Corners of the chain as a polygonal line, first and last point included."""
+def straightened(chain: Chain, tolerance: float) -> NDArray[np.float64]:
+    """Polygonal line that stays near a chain (Douglas and Peucker, 1973).
+
+    Parameters
+    ----------
+    chain : Chain
+        Points in order along an edge.
+    tolerance : float
+        How far points may lie from it, px.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, 2)
+        Points of the chain, the first and the last included.
+    """
     import cv2
 
-    corners = cv2.approxPolyDP(chain.astype(np.float32).reshape(-1, 1, 2), tolerance, False)
-    return corners.reshape(-1, 2).astype(np.float64)
+    corners = cv2.approxPolyDP(chain[:, None].astype(np.float32), tolerance, False)
+    return corners[:, 0].astype(np.float64)

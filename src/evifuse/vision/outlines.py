@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
 from evifuse.vision.detect import Chain
 from evifuse.vision.join import joined_paths
-from evifuse.vision.link import LinkList, link_chains, outer_path
+from evifuse.vision.link import LinkList, link_chains, outer_path, straightened
 from evifuse.vision.pieces import Pieces, convex_pieces
 
 __all__ = ["clusters", "find_outlines"]
@@ -37,7 +38,7 @@ class _Path:
     length: float
     around: float
     width: float
-    box: tuple[int, ...]
+    box: Sequence[int]
 
     @property
     def promise(self) -> float:
@@ -64,7 +65,8 @@ def find_outlines(chains: Sequence[Chain]) -> list[LinkList]:
     if not chains:
         return []
     pieces = convex_pieces(chains, shortest=12)
-    single = [_path((c,), _returns(c), _length(c)) for c in chains]
+    lengths = pieces.chain_length.tolist()
+    single = [_path((c,), _returns(c), v) for c, v in zip(chains, lengths, strict=True)]
     wound = [p.chains for p in single if len(p.chains[0]) > WOUND * p.around > 0]
     outer = [outer_path(group) for group in [*wound, *clusters(chains)]]
     found = single + _bent(pieces) + _joined(pieces)
@@ -94,24 +96,23 @@ def _joined(pieces: Pieces) -> list[_Path]:
 def _path(chains: tuple[Chain, ...], closed: bool, length: float) -> _Path:
     import cv2
 
-    points = np.concatenate(chains)
-    hull = cv2.convexHull(points.astype(np.float32)[:, None])
+    points = np.concatenate(chains, dtype=np.float32)
+    hull = cv2.convexHull(points)
     around = cv2.arcLength(hull, True)
     width = 4 * cv2.contourArea(hull) / max(around, 1e-9)
-    return _Path(chains, closed, length, around, width, tuple(cv2.boundingRect(hull)))
+    return _Path(chains, closed, length, around, width, cv2.boundingRect(hull))
 
 
 def _returns(chain: Chain) -> bool:
     """Whether both ends of a chain nearly meet: no further apart than 5 % of its length."""
     dx, dy = (chain[-1] - chain[0]).tolist()
-    return len(chain) > 12 and float(np.hypot(dx, dy)) <= max(3.0, 0.05 * len(chain))
+    return len(chain) > 12 and hypot(dx, dy) <= max(3.0, 0.05 * len(chain))
 
 
 def _length(chain: Chain) -> float:
     """Length of a chain without the steps of the pixel grid, px."""
-    import cv2
-
-    return cv2.arcLength(cv2.approxPolyDP(chain.astype(np.float32)[:, None], 1.5, False), False)
+    steps = np.diff(straightened(chain, 1.5), axis=0)
+    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
 def _without_twins(paths: list[_Path]) -> list[_Path]:

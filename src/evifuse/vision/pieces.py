@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
 from evifuse.vision.geometry import cross, following
+from evifuse.vision.link import straightened
 
 __all__ = ["Pieces", "convex_pieces"]
 
@@ -39,7 +40,9 @@ class Pieces:
     turn : ndarray of float64, shape (P,)
         How much it turns, radians; negative only for one that was reversed.
     length : ndarray of float64, shape (P,)
-        Length along it, px.
+        Length along it, without the steps of the pixel grid, px.
+    chain_length : ndarray of float64, shape (C,)
+        The same of each edge.
     """
 
     points: tuple[Chain, ...]
@@ -49,6 +52,7 @@ class Pieces:
     last: NDArray[np.float64]
     turn: NDArray[np.float64]
     length: NDArray[np.float64]
+    chain_length: NDArray[np.float64]
 
     def take(self, which: NDArray[np.intp]) -> "Pieces":
         """Some of the pieces.
@@ -71,6 +75,7 @@ class Pieces:
             self.last[which],
             self.turn[which],
             self.length[which],
+            self.chain_length,
         )
 
     def with_reversed(self, which: NDArray[np.intp]) -> "Pieces":
@@ -94,6 +99,7 @@ class Pieces:
             np.concatenate([self.last, -self.first[which]]),
             np.append(self.turn, -self.turn[which]),
             np.append(self.length, self.length[which]),
+            self.chain_length,
         )
 
 
@@ -113,11 +119,9 @@ def convex_pieces(chains: Sequence[Chain], shortest: int) -> Pieces:
         Each turns one way only, within 30 degrees; a piece with sharp corners is there as a whole and in
         parts.
     """
-    import cv2
-
-    lines = [cv2.approxPolyDP(c[:, None].astype(np.float32), CORNER_PX, False)[:, 0] for c in chains]
+    lines = [straightened(c, CORNER_PX) for c in chains]
     counts = np.array([len(line) for line in lines], np.intp)
-    corners = np.concatenate(lines).astype(np.float64)
+    corners = np.concatenate(lines)
     offset = np.concatenate([[0], np.cumsum(counts)])
     at = _positions(chains, corners, counts)
     along = following(corners) - corners
@@ -145,6 +149,7 @@ def convex_pieces(chains: Sequence[Chain], shortest: int) -> Pieces:
         last=np.where(back[:, None], -u, v),
         turn=np.abs(turn),
         length=walked[b] - walked[a],
+        chain_length=walked[offset[1:] - 1] - walked[offset[:-1]],
     )
 
 

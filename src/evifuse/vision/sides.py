@@ -37,6 +37,8 @@ def fit_sides(
         are seen.
     """
     count, sides = corners.shape[:2]
+    there = ~np.isnan(corners[:, 0, 0])[owner]
+    starts, ends, owner = starts[there], ends[there], owner[there]
     distance, side = distances_to_polygon(((starts + ends) / 2)[:, None], corners[owner])
     around = following(corners) - corners
     spans = side_lengths(corners)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.detect import NOISE_GRADIENT, noise_level
+from evifuse.vision.detect import NOISE_GRADIENT, grey_quantile, noise_level
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.primitives import Geometry, Hypothesis
 
@@ -132,6 +132,8 @@ def _levelled(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
     The root makes the shot noise of a camera equally strong everywhere.
     """
-    top = max(32.0, float(np.percentile(grey, 99.5)))
+    import cv2
+
+    top = max(32.0, grey_quantile(grey, 0.995))
     table = np.round(255 * np.sqrt(np.clip(np.arange(256) / top, 0, 1))).astype(np.uint8)
-    return table[grey]
+    return np.asarray(cv2.LUT(grey, table), np.uint8)

@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from evifuse.vision.geometry import resample
 from evifuse.vision.primitives.outline import POINTS, Outlines
 
-__all__ = ["Agreement", "agreement"]
+__all__ = ["LEAST_TRUST", "Agreement", "agreement"]
+
+LEAST_TRUST = 0.02
+"""Hypotheses that agree with the outline less than this are dropped at once (our own)."""
 
 SAMPLES = 64
 """So many points of a primitive are looked for in the outline (our own)."""
@@ -82,21 +85,21 @@ def agreement(outlines: Outlines, shape: NDArray[np.float64], distance: NDArray[
     Returns
     -------
     Agreement
-        All terms but the deviation in [0, 1]; fit and coverage are 0 where the shape is NaN.
+        All terms but the deviation in [0, 1]; where the points stray so far that the trust is less than 2 %
+        whatever is covered, or the shape is NaN, nothing counts as covered.
     """
     tolerance = outlines.tolerance
-    ordered = np.sort(np.nan_to_num(distance, nan=np.inf), axis=1)
-    nearest = ordered[:, : int(0.9 * POINTS)]
     reach = 3 * tolerance
-    gap = _nearest(resample(shape, SAMPLES), outlines.points)
-    seen = gap <= (reach + outlines.around / POINTS / 2)[:, None]
-    return Agreement(
-        fit=np.exp(-0.5 * (nearest**2).mean(axis=1) / tolerance**2),
-        explained=(ordered <= reach[:, None]).mean(axis=1),
-        coverage=seen.mean(axis=1),
-        opening=_longest_run(~seen) / SAMPLES,
-        deviation=np.sqrt((np.minimum(ordered, 4 * tolerance[:, None]) ** 2).mean(axis=1)),
-    )
+    ordered = np.sort(np.nan_to_num(distance, nan=np.inf), axis=1)
+    fit = np.exp(-0.5 * (ordered[:, : int(0.9 * POINTS)] ** 2).mean(axis=1) / tolerance**2)
+    explained = (ordered <= reach[:, None]).mean(axis=1)
+    rows = np.flatnonzero(fit * explained >= LEAST_TRUST)
+    gap = _nearest(resample(shape[rows], SAMPLES), outlines.points[rows])
+    seen = gap <= (reach + outlines.around / POINTS / 2)[rows, None]
+    coverage, opening = np.zeros(len(fit)), np.ones(len(fit))
+    coverage[rows], opening[rows] = seen.mean(axis=1), _longest_run(~seen) / SAMPLES
+    deviation = np.sqrt((np.minimum(ordered, 4 * tolerance[:, None]) ** 2).mean(axis=1))
+    return Agreement(fit, explained, coverage, opening, deviation)
 
 
 def _nearest(samples: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:

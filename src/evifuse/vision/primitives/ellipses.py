@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.primitives.agreement import Agreement, agreement
+from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
 from evifuse.vision.primitives.hypothesis import Geometry
 from evifuse.vision.primitives.outline import POINTS, Outlines
 
@@ -80,7 +80,7 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
     Returns
     -------
     FittedEllipses
-        None where the points lie on no ellipse of a size comparable with the outline.
+        None where the points lie on no ellipse of a size comparable with the outline, or far from it.
     """
     first = _direct(outlines.points)
     distance = _distances(outlines.points, first)
@@ -92,7 +92,7 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
     best, match = np.where(better[:, None], second, first), other.where(better, match)
     extent = np.ptp(outlines.hull, axis=1).max(axis=1)
     return FittedEllipses(
-        found=best[:, 2] <= 3 * extent,
+        found=(best[:, 2] <= 3 * extent) & (match.fit * match.explained >= LEAST_TRUST),
         centre=best[:, :2],
         axes=best[:, 2:4],
         angle_rad=best[:, 4],

@@ -9,10 +9,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.fit import FittedEdge, FittedEdges
 
-__all__ = ["LEAST_TRUST", "Geometry", "Hypothesis", "Proposals"]
-
-LEAST_TRUST = 0.02
-"""Hypotheses that agree with the outline less than this are dropped at once (our own)."""
+__all__ = ["Geometry", "Hypothesis", "Proposals"]
 
 Geometry: TypeAlias = dict[str, list[float] | list[list[float]] | float]
 """Where a primitive lies, by name, in px and radians: `corners`, or `centre`, `axes` and `angle_rad`."""

@@ -15,8 +15,8 @@ from evifuse.vision.geometry import (
     intersection,
     side_lengths,
 )
-from evifuse.vision.primitives.agreement import Agreement, agreement
-from evifuse.vision.primitives.hypothesis import LEAST_TRUST, Geometry, Proposals
+from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
+from evifuse.vision.primitives.hypothesis import Geometry, Proposals
 from evifuse.vision.primitives.outline import Outlines
 from evifuse.vision.sides import fit_sides
 
