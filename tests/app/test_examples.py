@@ -10,6 +10,7 @@ PROMISES = {
     "01_belief.py": ["rectangle: bel 0.60, pl 1.00"],
     "02_conductivity.py": ["decision:     triangular", "elliptical/E_2: weak"],
     "03_fusion.py": ["truth:      curved", "decision:   curved"],
+    "04_classifiers.py": ["discounted and fused: 0.8", "source 2 of 3 is broken"],
 }
 
 

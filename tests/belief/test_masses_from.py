@@ -1,4 +1,7 @@
+import doctest
 import itertools
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -330,3 +333,16 @@ def test_intervals_that_are_beliefs_come_back() -> None:
 def test_mistakes_are_named(call: object, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
         call()  # type: ignore[operator]
+
+
+GUIDE = Path(__file__).parents[2] / "docs" / "where-masses-come-from.md"
+
+
+def test_the_guide_prints_what_it_shows() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) >= 6
+    shown = doctest.DocTestParser().get_doctest("\n".join(blocks), {}, GUIDE.name, str(GUIDE), 0)
+    wrong: list[str] = []
+    result = doctest.DocTestRunner(verbose=False).run(shown, out=wrong.append)
+    assert result.attempted > 15
+    assert not result.failed, "".join(wrong)
