@@ -1,7 +1,11 @@
 """The axioms of every rule, in every layout, and the combination of many sources."""
 
+import io
+from contextlib import redirect_stdout
+from fractions import Fraction
 from functools import reduce
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evifuse.belief import Frame, MassFunction, discount, pcr5
+from evifuse.belief._joint import _scaled_pairs
 from evifuse.belief.combine import dempster
 from evifuse.belief.many import RULES, combine
 from evifuse.belief.pcr6 import pcr6
@@ -226,6 +231,26 @@ def test_a_thousand_contradicting_sources_do_not_underflow(layout) -> None:
     assert dense(joint)[0] == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.parametrize("layout", ["shared", "padded", "dense"])
+@pytest.mark.parametrize("tiny", [1e-6, 1e-10, 1e-18])
+def test_near_total_conflict_with_every_set_focal_is_exact(layout, tiny: float) -> None:
+    """Sources that see all subsets of {a, b} and of {c, d}, and very little else."""
+    frame = Frame(["a", "b", "c", "d"])
+    rng = np.random.default_rng(8)
+    values = rng.dirichlet(np.ones(15), 2) * tiny
+    values[0, [0, 1, 2]] += rng.dirichlet(np.ones(3)) * (1 - tiny)
+    values[1, [3, 7, 11]] += rng.dirichlet(np.ones(3)) * (1 - tiny)
+    a, b = (MassFunction(frame, range(1, 16), v) for v in values)
+    exact = [Fraction(0)] * 16
+    for i, j in product(range(15), range(15)):
+        exact[(i + 1) & (j + 1)] += Fraction(values[0, i]) * Fraction(values[1, j])
+    rest = sum(exact[1:])
+    expected = np.array([0.0, *(float(x / rest) for x in exact[1:])])
+    mass, conflict = combine([a.to(layout), b.to(layout)])
+    np.testing.assert_allclose(dense(mass), expected, atol=1e-12, rtol=0)
+    assert conflict == pytest.approx(float(exact[0]), abs=1e-14)
+
+
 def test_agreement_of_many_sources_leaves_no_conflict() -> None:
     m = MassFunction.of(FRAME, {"a": 0.1, ("a", "b"): 0.2, FRAME: 0.7})
     for layout in ("shared", "padded", "dense"):
@@ -344,3 +369,40 @@ def test_the_registry_can_not_be_changed() -> None:
 def test_a_batch_is_combined_along_its_first_dimension() -> None:
     m = MassFunction(FRAME, ["a", FRAME], [[0.5, 0.5], [0.2, 0.8], [0.0, 1.0]])
     np.testing.assert_allclose(dense(combine(m).mass)[[1, 7]], [0.6, 0.4])
+
+
+def test_many_sets_and_sources_agree_in_every_layout() -> None:
+    """Underflow, a batch and a frame of seven: the sweeps and the pairs with powers of two."""
+    frame = Frame([f"h{i}" for i in range(7)])
+    rng = np.random.default_rng(4)
+    many = []
+    for _ in range(300):
+        sets = rng.choice(frame.full, 6, replace=False) + 1
+        values = 0.99 * rng.dirichlet(np.full(6, 0.5), (2,)) + 0.01 / 6
+        many.append(MassFunction(frame, sets, values / values.sum(axis=-1, keepdims=True)))
+    expected = _scaled_pairs(many, normalise=True)
+    for layout in ("shared", "padded", "dense"):
+        mass, conflict = combine([m.to(layout) for m in many])
+        np.testing.assert_allclose(dense(mass), dense(expected.mass), atol=1e-12, rtol=0)
+        np.testing.assert_allclose(conflict, expected.conflict, atol=1e-12, rtol=0)
+
+
+def test_the_documented_example_prints_what_the_page_shows() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "rules.md").read_text(encoding="utf-8")
+    code = page.split("```python\n")[1].split("```")[0]
+    shown = page.split("```text\n")[1].split("```")[0]
+    printed = io.StringIO()
+    with redirect_stdout(printed):
+        exec(code, {})
+    assert printed.getvalue() == shown
+
+
+def test_the_table_of_rules_says_what_the_registry_does() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "rules.md").read_text(encoding="utf-8")
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| `")]
+    assert [row[1].strip(" `") for row in rows] == list(RULES)
+    for row, rule in zip(rows, RULES.values(), strict=True):
+        assert row[3].strip().startswith("yes") == rule.associative
+        assert ("takes all at once" in row[3]) == rule.takes_many
+        assert row[4].strip() == ("yes" if rule.idempotent else "no")
+        assert row[7].strip() == rule.source

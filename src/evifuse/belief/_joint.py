@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from evifuse.belief._lattice import noise, swept
 from evifuse.belief._sources import spread
-from evifuse.belief.combine import Combination, conjunctive
+from evifuse.belief.combine import Combination, conjunctive, dempster
 from evifuse.belief.mass import MassFunction, every_set
 from evifuse.errors import ConflictError, MassError
 
@@ -32,6 +32,12 @@ LOWEST = -1100
 
 NEVER = np.iinfo(np.int64).min // 2
 """The power of two that stands for a mass of 0."""
+
+SMALL_FRAME = 12
+"""Up to so many hypotheses all subsets are few."""
+
+PAIR = 10
+"""One pair of focal sets with its power of two takes as long as so many additions of a sweep."""
 
 MOST_SETS = 1 << 24
 """So many masses, with their sets and powers, are half a gigabyte."""
@@ -67,6 +73,10 @@ def joint(sources: Sequence[MassFunction], *, normalise: bool) -> Combination:
         If it is to be scaled and the sources contradict each other totally somewhere in the batch.
     """
     layouts = {m.layout for m in sources}
+    if len(sources) == 2 and "dense" not in layouts:
+        two = (dempster if normalise else conjunctive)(*sources)
+        if np.all(two.conflict < 1.0):
+            return two
     if layouts == {"singletons"}:
         return _singletons(sources, normalise)
     if "dense" in layouts:
@@ -75,11 +85,26 @@ def joint(sources: Sequence[MassFunction], *, normalise: bool) -> Combination:
         float(np.log(np.min(m.masses, where=m.masses > 0, initial=1.0))) for m in sources if m.masses.size
     )
     if least < SMALLEST_LOG:
+        if _lattice_is_faster(sources):
+            joined = _dense(sources, normalise)
+            return Combination(joined.mass.to("padded").tidy(), joined.conflict)
         return _scaled_pairs(sources, normalise)
     product = reduce(_pair, sources)
     empty = product.focal_sets == 0
     conflict = product.where(empty)
     return _scaled(product, conflict) if normalise else Combination(product, conflict)
+
+
+def _lattice_is_faster(sources: Sequence[MassFunction]) -> bool:
+    """Whether pairs of focal sets are more work than sweeps over a small lattice of all subsets."""
+    count = len(sources[0].frame)
+    if count > SMALL_FRAME:
+        return False
+    met, pairs = 1, 0
+    for m in sources:
+        pairs += met * m.masses.shape[-1]
+        met = min(met * m.masses.shape[-1], 1 << count)
+    return PAIR * pairs > len(sources) * count << count
 
 
 def _pair(a: MassFunction, b: MassFunction) -> MassFunction:
