@@ -153,6 +153,19 @@ def test_mass_on_the_empty_set_resembles_only_itself() -> None:
         np.testing.assert_allclose(jousselme(a.to(layout), b.to(layout)), expected, atol=1e-12)
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_mass_on_the_empty_set_in_batches_and_full_tables(layout: str) -> None:
+    rng = np.random.default_rng(5)
+    frame = Frame(NAMES[:6])
+    a, b = (
+        MassFunction(frame, np.arange(64), rng.dirichlet(np.ones(64), 5), open_world=True) for _ in range(2)
+    )
+    assert _transform_pays(a, b)
+    np.testing.assert_allclose(jousselme(a.to(layout), b.to(layout)), by_definition(a, b), rtol=1e-9)
+    few = MassFunction(frame, [0, 3, 5], rng.dirichlet(np.ones(3), 5), open_world=True).to(layout)
+    np.testing.assert_allclose(jousselme(few, few[::-1]), by_definition(few, few[::-1]), atol=1e-9)
+
+
 def test_reordered_frames_are_matched_and_others_refused() -> None:
     a = MassFunction.of(Frame(["a", "b"]), {"a": 0.6, "b": 0.4})
     b = MassFunction.of(Frame(["b", "a"]), {"a": 0.6, "b": 0.4})
