@@ -3,23 +3,20 @@
 import csv
 import io
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.belief._csv_rows import case_columns, check_case, label_of, row_of, slots_of
 from evifuse.belief._portable import (
     Header,
-    Masses,
     PathLike,
-    Sets,
     describe,
     parse_header,
     read_whole,
     write_whole,
 )
-from evifuse.belief.frame import Frame
 from evifuse.belief.mass import MassFunction
 from evifuse.errors import BeliefError, MissingExtraError
 
@@ -114,8 +111,8 @@ def to_csv(m: MassFunction, path: PathLike) -> None:
     text = io.StringIO(newline="")
     text.write("# " + json.dumps(describe(m)) + "\n")
     rows = csv.writer(text, lineterminator="\n")
-    rows.writerow([*_case_columns(len(m.batch)), "focal_set", "mass"])
-    labels = {s: _label(m.frame, s) for s in np.unique(m.focal_sets).tolist()}
+    rows.writerow([*case_columns(len(m.batch)), "focal_set", "mass"])
+    labels = {s: label_of(m.frame, s) for s in np.unique(m.focal_sets).tolist()}
     sets = np.broadcast_to(m.focal_sets, m.masses.shape)
     for case in np.ndindex(m.batch):
         for s, value in zip(sets[case].tolist(), m.masses[case].tolist(), strict=True):
@@ -153,14 +150,14 @@ def from_csv(path: PathLike) -> MassFunction:
         )
     header = parse_header(f"{where}:1", first[1:])
     table = csv.reader(io.StringIO(rest, newline=""))
-    expected = [*_case_columns(len(header.shape) - 1), "focal_set", "mass"]
+    expected = [*case_columns(len(header.shape) - 1), "focal_set", "mass"]
     if (columns := next(table, [])) != expected:
         raise BeliefError(f"{where}:2: columns must be {','.join(expected)}, not {','.join(columns)}")
     if header.cases * header.shape[-1] > len(rest):
         raise BeliefError(f"{where}:2: the file is shorter than the header's shape {list(header.shape)} says")
     sets, masses = np.empty(header.shape, np.int64), np.empty(header.shape)
     masks: dict[str, int] = {}
-    slots = _slots(header)
+    slots = slots_of(header)
     line = 2
     try:
         for row in table:
@@ -170,9 +167,9 @@ def from_csv(path: PathLike) -> MassFunction:
             slot = next(slots, None)
             if slot is None:
                 raise BeliefError(f"more rows than the {masses.size} that the header announces")
-            sets[slot], masses[slot] = _row(header, slot, row, masks)
+            sets[slot], masses[slot] = row_of(header, slot, row, masks)
             if slot[-1] == header.shape[-1] - 1:
-                _check_case(header, sets[slot[:-1]], masses[slot[:-1]])
+                check_case(header, sets[slot[:-1]], masses[slot[:-1]])
     except (BeliefError, csv.Error) as error:
         kind = type(error) if isinstance(error, BeliefError) else BeliefError
         raise kind(f"{where}:{line}: {error}") from None
@@ -272,64 +269,6 @@ def _numbers(given: Any, kinds: str) -> NDArray[Any] | None:
     except ValueError:  # rows of different lengths
         return None
     return values if values.dtype.kind in kinds or not values.size else None
-
-
-def _case_columns(count: int) -> list[str]:
-    return ["case"] if count == 1 else [f"case_{i}" for i in range(count)]
-
-
-_ESCAPES = str.maketrans({"\\": "\\\\", "|": "\\|", "\n": "\\n", "\r": "\\r"})
-_UNESCAPES = {"n": "\n", "r": "\r"}
-
-
-def _label(frame: Frame, mask: int) -> str:
-    return "|".join(name.translate(_ESCAPES) for name in frame.names(mask))
-
-
-def _names(label: str) -> list[str]:
-    """Names of a label, unescaped."""
-    if not label:
-        return []
-    names = [""]
-    signs = iter(label)
-    for sign in signs:
-        if sign == "|":
-            names.append("")
-        elif sign == "\\":
-            escaped = next(signs, "\\")
-            names[-1] += _UNESCAPES.get(escaped, escaped)
-        else:
-            names[-1] += sign
-    return names
-
-
-def _slots(header: Header) -> Iterator[tuple[int, ...]]:
-    return iter(np.ndindex(header.shape))
-
-
-def _row(header: Header, slot: tuple[int, ...], row: list[str], masks: dict[str, int]) -> tuple[int, float]:
-    """Focal set and mass of one row, which must be about the case and set that are due."""
-    *case, focal = slot
-    if len(row) != len(case) + 2:
-        raise BeliefError(f"{len(row)} columns, not {len(case) + 2}")
-    *at, label, number = row
-    if at != [str(i) for i in case]:
-        raise BeliefError(f"expected a row of case {','.join(map(str, case))}, not {','.join(at)}")
-    if label not in masks:
-        masks[label] = header.frame.mask(_names(label))
-    if header.sets is not None and masks[label] != header.sets[focal]:
-        due = _label(header.frame, int(header.sets[focal]))
-        raise BeliefError(f"expected the mass of {due!r} here, not of {label!r}")
-    try:
-        return masks[label], float(number)
-    except ValueError:
-        raise BeliefError(f"mass {number!r} of {label!r} is not a number") from None
-
-
-def _check_case(header: Header, sets: Sets, masses: Masses) -> None:
-    """The door for one case, so that a message can name its last line."""
-    keep = (sets != 0) | (masses != 0)
-    MassFunction(header.frame, sets[keep].tolist(), masses[keep], open_world=header.open_world)
 
 
 def _pyarrow() -> tuple[Any, Any]:

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evifuse.belief._columns import at_index, columns
 from evifuse.belief.frame import Frame
 from evifuse.belief.logistic import compact
 from evifuse.belief.mass import TOLERANCE, MassFunction, singleton_sets
-from evifuse.belief.masses_from import at_index, columns
 from evifuse.errors import FrameError, MassError
 
 __all__ = ["INTERVAL_LIMIT", "from_intervals"]

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evifuse.belief._columns import columns
 from evifuse.belief.frame import Frame
 from evifuse.belief.mass import DENSE_LIMIT, MassFunction, every_set, singleton_sets
-from evifuse.belief.masses_from import columns
 from evifuse.errors import FrameError, MassError
 
 __all__ = ["from_logistic_regression", "from_logits"]
@@ -152,8 +152,10 @@ def _evidence(frame: Frame, pro: Array, con: Array) -> MassFunction:
     logs[..., 0] = -np.inf
     singles = np.int64(1) << np.arange(count)
     logs[..., singles] = np.logaddexp(logs[..., singles], gain - con)
-    masses = np.exp(logs - logs.max(axis=-1, keepdims=True))
-    return compact(frame, masses / masses.sum(axis=-1, keepdims=True))
+    logs -= logs.max(axis=-1, keepdims=True)
+    masses = np.exp(logs, out=logs)
+    masses /= masses.sum(axis=-1, keepdims=True)
+    return compact(frame, masses)
 
 
 def compact(frame: Frame, masses: Array) -> MassFunction:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evifuse.belief._columns import at_index, checked_probabilities, columns, refuse
 from evifuse.belief.discount import discount
 from evifuse.belief.frame import Frame
-from evifuse.belief.mass import TOLERANCE, MassFunction, singleton_sets
+from evifuse.belief.mass import MassFunction, singleton_sets
 from evifuse.errors import MassError
 
 __all__ = [
@@ -169,7 +170,7 @@ def from_likelihoods(frame: Frame, likelihoods: ArrayLike, *, logarithms: bool =
     if logarithms:
         bad = ~np.isfinite(best)
     else:
-        _refuse(frame, values, values < 0, "likelihood", "is negative")
+        refuse(frame, values, values < 0, "likelihood", "is negative")
         bad = best <= 0
     if bad.any():
         raise MassError(
@@ -211,7 +212,7 @@ def from_counts(frame: Frame, counts: ArrayLike, *, unseen: float = 2.0) -> Mass
     MassFunction(cat: 0.625, frame: 0.25, dog: 0.125)
     """
     n = columns(frame, counts, "counts")
-    _refuse(frame, n, n < 0, "count", "is negative")
+    refuse(frame, n, n < 0, "count", "is negative")
     if not 0 < unseen < np.inf:
         raise MassError(f"unseen must be a positive number of observations, not {unseen!r}")
     values = np.concatenate([n, np.full((*n.shape[:-1], 1), float(unseen))], axis=-1)
@@ -262,62 +263,6 @@ def from_samples(frame: Frame, samples: Iterable[Any], *, unseen: float = 2.0) -
     places = np.array([place[name] for name in seen], dtype=np.intp)
     np.add.at(counts.reshape(-1, len(frame)), (rows, places), 1.0)
     return from_counts(frame, counts, unseen=unseen)
-
-
-def checked_probabilities(frame: Frame, given: ArrayLike) -> Array:
-    """Probabilities that sum to 1 exactly, from such that do so within the rounding of their type.
-
-    Parameters
-    ----------
-    frame : Frame
-        K hypotheses.
-    given : array_like of float, shape (..., K)
-        Not negative; summing to 1 within 1e-9, or 1e-5 in single precision or less.
-
-    Returns
-    -------
-    ndarray of float64, shape (..., K)
-        A new array.
-
-    Raises
-    ------
-    MassError
-        If they are not probabilities.
-    """
-    p = columns(frame, given, "probabilities")
-    _refuse(frame, p, p < 0, "probability", "is negative")
-    kind = np.asarray(given).dtype
-    slack = 1e-5 if kind.kind == "f" and kind.itemsize < 8 else TOLERANCE
-    total = p.sum(axis=-1, keepdims=True)
-    off = np.abs(total[..., 0] - 1) > slack
-    if off.any():
-        where = np.argwhere(off)[0]
-        raise MassError(f"probabilities{at_index(where)} sum to {float(total[(*where, 0)]):.9g}, not 1")
-    return p / total
-
-
-def columns(frame: Frame, given: ArrayLike, what: str, *, infinite: bool = False) -> Array:
-    """A value for each hypothesis, checked: shape (..., K), finite (or also -inf, if ``infinite``)."""
-    values = np.array(given, dtype=np.float64)
-    if values.ndim == 0 or values.shape[-1] != len(frame):
-        raise MassError(
-            f"{len(frame)} hypotheses need {what} of shape (..., {len(frame)}), not {values.shape}"
-        )
-    bad = np.isnan(values) | (values == np.inf) if infinite else ~np.isfinite(values)
-    _refuse(frame, values, bad, what, "is not a finite number")
-    return values
-
-
-def _refuse(frame: Frame, values: Array, bad: NDArray[np.bool_], what: str, why: str) -> None:
-    if bad.any():
-        where = np.argwhere(bad)[0]
-        name = frame.hypotheses[int(where[-1])]
-        raise MassError(f"{what}: {float(values[tuple(where)])!r} of {name!r}{at_index(where[:-1])} {why}")
-
-
-def at_index(where: NDArray[Any]) -> str:
-    """Where in a batch, for a message."""
-    return f" at index {tuple(int(i) for i in where)}" if len(where) else ""
 
 
 def _first_bad(trust: Array) -> int:
