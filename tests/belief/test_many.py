@@ -406,3 +406,21 @@ def test_the_table_of_rules_says_what_the_registry_does() -> None:
         assert ("takes all at once" in row[3]) == rule.takes_many
         assert row[4].strip() == ("yes" if rule.idempotent else "no")
         assert row[7].strip() == rule.source
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_an_empty_batch_stays_empty(layout) -> None:
+    m = MassFunction(FRAME, ["a", "b", "c", FRAME], np.zeros((0, 4))).to(layout)
+    for name in RULES:
+        mass, conflict = combine([m, m, m], name, order_matters=True)
+        assert mass.batch == conflict.shape == (0,), name
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_products_at_the_edge_of_numbers_keep_their_digits(layout) -> None:
+    tiny = 1e-160  # its square is a number, but with few digits
+    a = MassFunction(FRAME, ["a", "b", "c", FRAME], [1 - tiny, 0, 0, tiny / 3]).to(layout)
+    b = MassFunction(FRAME, ["a", "b", "c", FRAME], [0, tiny, tiny / 7, 1 - tiny]).to(layout)
+    c = MassFunction(FRAME, ["a", "b", "c", FRAME], [0, 1 - tiny, 0, tiny]).to(layout)
+    values = dense(combine([a, b, c]).mass)
+    np.testing.assert_allclose(values[[1, 2]], [0.75, 0.25], rtol=1e-12)

@@ -8,12 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from evifuse.belief import average as averages
-from evifuse.belief import cautious as weighted
-from evifuse.belief import combine as pairs
 from evifuse.belief._joint import joint
 from evifuse.belief._sources import checked
-from evifuse.belief.combine import Combination
+from evifuse.belief.average import average, murphy
+from evifuse.belief.cautious import bold, bold_of, cautious, cautious_of
+from evifuse.belief.combine import (
+    Combination,
+    conjunctive,
+    dempster,
+    disjunctive,
+    dubois_prade,
+    pcr5,
+    yager,
+)
 from evifuse.belief.mass import MassFunction
 from evifuse.belief.pcr6 import pcr6
 from evifuse.errors import MassError
@@ -56,7 +63,7 @@ class CombinationRule:
 
 
 def _disjunctive(sources: Sources) -> Combination:
-    mass = reduce(lambda a, b: pairs.disjunctive(a, b).mass, sources)
+    mass = reduce(lambda a, b: disjunctive(a, b).mass, sources)
     return Combination(mass, np.zeros(mass.batch))
 
 
@@ -70,23 +77,21 @@ def _dempster(sources: Sources) -> Combination:
 
 RULES: Mapping[str, CombinationRule] = MappingProxyType(
     {
-        "conjunctive": CombinationRule(pairs.conjunctive, True, True, False, "Smets 1990", fold=_conjunctive),
+        "conjunctive": CombinationRule(conjunctive, True, True, False, "Smets 1990", fold=_conjunctive),
         "dempster": CombinationRule(
-            pairs.dempster, True, True, False, "Dempster 1967, Shafer 1976", fold=_dempster
+            dempster, True, True, False, "Dempster 1967, Shafer 1976", fold=_dempster
         ),
         "disjunctive": CombinationRule(
-            pairs.disjunctive, True, True, False, "Dubois and Prade 1986, Smets 1993", fold=_disjunctive
+            disjunctive, True, True, False, "Dubois and Prade 1986, Smets 1993", fold=_disjunctive
         ),
-        "cautious": CombinationRule(
-            weighted.cautious, True, True, True, "Denoeux 2008", fold=weighted.cautious_of
-        ),
-        "bold": CombinationRule(weighted.bold, True, True, True, "Denoeux 2008", fold=weighted.bold_of),
-        "yager": CombinationRule(pairs.yager, False, True, False, "Yager 1987"),
-        "dubois_prade": CombinationRule(pairs.dubois_prade, False, True, False, "Dubois and Prade 1988"),
-        "pcr5": CombinationRule(pairs.pcr5, False, True, False, "Smarandache and Dezert 2005"),
+        "cautious": CombinationRule(cautious, True, True, True, "Denoeux 2008", fold=cautious_of),
+        "bold": CombinationRule(bold, True, True, True, "Denoeux 2008", fold=bold_of),
+        "yager": CombinationRule(yager, False, True, False, "Yager 1987"),
+        "dubois_prade": CombinationRule(dubois_prade, False, True, False, "Dubois and Prade 1988"),
+        "pcr5": CombinationRule(pcr5, False, True, False, "Smarandache and Dezert 2005"),
         "pcr6": CombinationRule(pcr6, False, True, False, "Martin and Osswald 2006", takes_many=True),
-        "average": CombinationRule(averages.average, False, True, True, "Murphy 2000", takes_many=True),
-        "murphy": CombinationRule(averages.murphy, False, True, False, "Murphy 2000", takes_many=True),
+        "average": CombinationRule(average, False, True, True, "Murphy 2000", takes_many=True),
+        "murphy": CombinationRule(murphy, False, True, False, "Murphy 2000", takes_many=True),
     }
 )
 """Every rule by name; the names are what `combine` takes."""
