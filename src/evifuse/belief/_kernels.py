@@ -38,30 +38,17 @@ def _by_scan(sa, ma, sb, mb, union, sums):
 
 
 @njit
-def _by_stamp(sa, ma, sb, mb, operation, sums, stamps, stamp, touched):
-    """Sums of products over all subsets, with a list of those that were met."""
+def _by_list(sa, ma, sb, mb, union, sums, touched):
+    """Sums of products over all subsets, with a list of those that were met; no branch in the inner loop."""
     count = 0
-    conflict = 0.0
     for i in range(sa.shape[0]):
         s, x = sa[i], ma[i]
         for j in range(sb.shape[0]):
-            t = sb[j]
-            value = x * mb[j]
-            goes = s & t
-            if goes == 0:
-                conflict += value
-            if operation == UNION or (goes == 0 and operation == DUBOIS_PRADE):
-                goes = s | t
-            elif goes == 0:
-                continue
-            if stamps[goes] == stamp:
-                sums[goes] += value
-            else:
-                stamps[goes] = stamp
-                sums[goes] = value
-                touched[count] = goes
-                count += 1
-    return count, conflict
+            goes = s | sb[j] if union else s & sb[j]
+            touched[count] = goes
+            count += sums[goes] == 0.0
+            sums[goes] += x * mb[j]
+    return count
 
 
 @njit
@@ -98,6 +85,54 @@ def _by_hash(sa, ma, sb, mb, operation, keys, sums, stamps, stamp, touched, bits
 
 
 @njit
+def one_pair(sa, ma, sb, mb, operation, bits, keep_empty, normalise, out_s, out_m):
+    """`pairs` for a single case, without the batch's bookkeeping; returns count, conflict and total."""
+    f, g = sa.shape[0], sb.shape[0]
+    count = 0
+    conflict = 0.0
+    total = 0.0
+    if bits <= SCRATCH_BITS and operation != DUBOIS_PRADE:
+        size = 1 << bits
+        sums = np.zeros(size)
+        _by_scan(sa, ma, sb, mb, operation == UNION, sums)
+        conflict = 0.0 if operation == UNION else sums[0]
+        for k in range(0 if operation == UNION else 1, size):
+            value = sums[k]
+            if value != 0.0:
+                out_s[count] = k
+                out_m[count] = value
+                total += value
+                count += 1
+    else:
+        slots_bits = 3
+        while (1 << slots_bits) < 2 * f * g:
+            slots_bits += 1
+        slots = 1 << slots_bits
+        stamps = np.zeros(slots, np.int32)
+        keys = np.empty(slots, np.int64)
+        sums = np.empty(slots)
+        touched = np.empty(f * g, np.int64)
+        met, conflict = _by_hash(sa, ma, sb, mb, operation, keys, sums, stamps, 1, touched, slots_bits)
+        if operation == UNION:
+            conflict = 0.0
+        for k in range(met):
+            value = sums[touched[k]]
+            if value > 0.0:
+                out_s[count] = keys[touched[k]]
+                out_m[count] = value
+                total += value
+                count += 1
+    if normalise and total > 0.0:
+        for k in range(count):
+            out_m[k] /= total
+    if keep_empty and conflict > 0.0:
+        out_s[count] = 0
+        out_m[count] = conflict
+        count += 1
+    return count, conflict, total
+
+
+@njit
 def pairs(
     sets_a, masses_a, sets_b, masses_b, rows, operation, bits, keep_empty, normalise, out_sets, out_masses
 ):
@@ -108,16 +143,16 @@ def pairs(
     """
     f, g = sets_a.shape[1], sets_b.shape[1]
     size = 1 << min(bits, 62)
-    small = bits <= SCRATCH_BITS
-    scan = small and f * g >= size // 4 and operation != DUBOIS_PRADE
+    small = bits <= SCRATCH_BITS and operation != DUBOIS_PRADE
+    scan = small and f * g >= size // 4
     slots_bits = 3
     while not small and (1 << slots_bits) < 2 * f * g:
         slots_bits += 1
     slots = size if small else 1 << slots_bits
     keys = np.empty(1 if small else slots, np.int64)
-    stamps = np.zeros(1 if scan else slots, np.int32)
-    sums = np.zeros(slots) if scan else np.empty(slots)
-    touched = np.empty(1 if scan else min(f * g, slots), np.int64)
+    stamps = np.zeros(1 if small else slots, np.int32)
+    sums = np.zeros(slots)
+    touched = np.empty(1 if scan else f * g + 1, np.int64)
     counts = np.empty(rows, np.int64)
     conflicts = np.zeros(rows, np.float64)
     totals = np.empty(rows, np.float64)
@@ -144,7 +179,7 @@ def pairs(
                     sums[k] = 0.0
         else:
             if small:
-                met, conflict = _by_stamp(sa, ma, sb, mb, operation, sums, stamps, row + 1, touched)
+                met = _by_list(sa, ma, sb, mb, operation == UNION, sums, touched)
             else:
                 met, conflict = _by_hash(
                     sa, ma, sb, mb, operation, keys, sums, stamps, row + 1, touched, slots_bits
@@ -152,7 +187,10 @@ def pairs(
             for k in range(met):
                 at = touched[k]
                 value = sums[at]
-                if value > 0.0:
+                sums[at] = 0.0
+                if small and at == 0:
+                    conflict = value
+                elif value > 0.0:
                     out_s[count] = at if small else keys[at]
                     out_m[count] = value
                     total += value
@@ -309,29 +347,65 @@ def moebius_down(v):
 
 
 @njit
-def dense_product(masses_a, masses_b, rows, upward, out):
-    """Conjunctive (or, ``upward``, disjunctive) combination of arrays over all subsets."""
+def _focal(masses, places):
+    """Places of the positive masses of an array over all subsets."""
+    count = 0
+    for k in range(masses.shape[0]):
+        if masses[k] > 0.0:
+            places[count] = k
+            count += 1
+    return count
+
+
+@njit
+def dense_product(masses_a, masses_b, rows, bits, upward, keep_empty, normalise, out, conflicts, totals):
+    """Conjunctive (or, ``upward``, disjunctive) combination of arrays over all subsets.
+
+    By transforms, or by pairs where few enough sets carry mass: that is faster then, and exact.
+    """
     size = masses_a.shape[1]
     other = np.empty(size)
+    places_a, places_b = np.empty(size, np.int64), np.empty(size, np.int64)
     step_a, step_b = int(masses_a.shape[0] > 1), int(masses_b.shape[0] > 1)
     for row in range(rows):
-        mine = out[row]
-        mine[:] = masses_a[row * step_a]
-        other[:] = masses_b[row * step_b]
-        if upward:
-            zeta_up(mine)
-            zeta_up(other)
-            for k in range(size):
-                mine[k] *= other[k]
-            moebius_up(mine)
+        mine, a, b = out[row], masses_a[row * step_a], masses_b[row * step_b]
+        f, g = _focal(a, places_a), _focal(b, places_b)
+        if f * g <= bits * size:
+            mine[:] = 0.0
+            for i in range(f):
+                s = places_a[i]
+                x = a[s]
+                for j in range(g):
+                    t = places_b[j]
+                    mine[s | t if upward else s & t] += x * b[t]
         else:
-            zeta_down(mine)
-            zeta_down(other)
+            mine[:] = a
+            other[:] = b
+            if upward:
+                zeta_up(mine)
+                zeta_up(other)
+                for k in range(size):
+                    mine[k] *= other[k]
+                moebius_up(mine)
+            else:
+                zeta_down(mine)
+                zeta_down(other)
+                for k in range(size):
+                    mine[k] *= other[k]
+                moebius_down(mine)
+            for k in range(size):  # masses are sums of products: what is below rounding is a residue
+                mine[k] = mine[k] if mine[k] > 1e-16 else 0.0
+        conflicts[row] = 0.0 if upward else mine[0]
+        if not keep_empty and not upward:
+            mine[0] = 0.0
+        total = 0.0
+        for k in range(0 if upward else 1, size):
+            total += mine[k]
+        totals[row] = total
+        if normalise and total > 0.0:
+            scale = 1.0 / total
             for k in range(size):
-                mine[k] *= other[k]
-            moebius_down(mine)
-        for k in range(size):  # masses are sums of products: what is below rounding is a residue
-            mine[k] = mine[k] if mine[k] > 1e-16 else 0.0
+                mine[k] *= scale
 
 
 @njit

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.belief.frame import Frame
-from evifuse.belief.mass import Layout, MassFunction, every_set
+from evifuse.belief.mass import Layout, MassFunction
 from evifuse.errors import ConflictError, FrameError
 
 __all__ = [
@@ -43,12 +43,12 @@ class Combination(NamedTuple):
     ----------
     mass : MassFunction
         The combination.
-    conflict : ndarray of float64
+    conflict : ndarray of float64, or one float64
         Mass that the conjunctive combination puts on the empty set, batch shape ``(...)``.
     """
 
     mass: MassFunction
-    conflict: Array
+    conflict: Array | np.float64
 
 
 def aligned(a: MassFunction, b: MassFunction) -> MassFunction:
@@ -270,19 +270,17 @@ def pcr5(a: MassFunction, b: MassFunction) -> Combination:
         If the frames differ.
     """
     b = aligned(a, b)
-    if a.layout == b.layout == "dense" and not _sparse_enough(a, b):
-        joint, conflict = _dense(a, b, upward=False)
+    if a.layout == b.layout == "dense":
+        joint, conflict = _dense(a, b, upward=False, keep_empty=False, normalise=False)
         masses = joint.masses.copy()
-        masses[..., 0] = 0.0
         rows = masses.reshape(-1, masses.shape[-1])
-        kernels().dense_proportional(
-            _rows(a.masses, joint.batch), _rows(b.masses, joint.batch), len(rows), rows
-        )
+        mine, other = _rows(a.masses, joint.batch), _rows(b.masses, joint.batch)
+        kernels().dense_proportional(mine, other, len(rows), rows)
         return Combination(MassFunction.trusted(a.frame, joint.focal_sets, masses, "dense"), conflict)
     return _proportional(a, b)
 
 
-def add_to_frame(m: MassFunction, extra: Array) -> MassFunction:
+def add_to_frame(m: MassFunction, extra: Array | np.float64) -> MassFunction:
     """More mass on the frame, which becomes focal if it was not.
 
     Parameters
@@ -306,7 +304,7 @@ def add_to_frame(m: MassFunction, extra: Array) -> MassFunction:
     masses = np.where(full, 0.0, m.masses) if full.any() else m.masses
     sets = np.where(full, 0, m.focal_sets) if full.any() else m.focal_sets
     one = np.full((*sets.shape[:-1], 1), m.frame.full, dtype=np.int64)
-    masses = np.concatenate([masses, (before + extra)[..., None]], axis=-1)
+    masses = np.concatenate([masses, np.asarray(before + extra)[..., None]], axis=-1)
     return MassFunction.trusted(m.frame, np.concatenate([sets, one], axis=-1), masses).tidy()
 
 
@@ -324,22 +322,34 @@ def _product(
     a: MassFunction, b: MassFunction, operation: int, *, keep_empty: bool, normalise: bool
 ) -> Combination:
     """Products of focal sets by the way that suits the layouts."""
-    if a.layout == b.layout and not (a.batch == b.batch == ()):
+    if a.layout == b.layout and (a.masses.ndim > 1 or b.masses.ndim > 1):
         if a.layout == "singletons" and operation == INTERSECTION:
             return _singletons(a, b, keep_empty, normalise)
         if a.layout == "shared":
             return _by_slot(a, b, operation, keep_empty, normalise)
-    if a.layout == b.layout == "dense" and operation in (INTERSECTION, UNION) and not _sparse_enough(a, b):
-        joint, conflict = _dense(a, b, upward=operation == UNION)
-        return joint_result(joint, conflict, keep_empty or operation == UNION, normalise)
+    if a.layout == b.layout == "dense" and operation in (INTERSECTION, UNION):
+        return _dense(a, b, operation == UNION, keep_empty, normalise)
+    if a.masses.ndim == b.masses.ndim == 1:
+        return _one_pair(a, b, operation, keep_empty, normalise)
     return _pairs(a, b, operation, keep_empty, normalise)
 
 
-def _sparse_enough(a: MassFunction, b: MassFunction) -> bool:
-    """Whether few enough sets carry mass that pairs are faster, and more exact, than transforms."""
-    count = len(a.frame)
-    most = [int(np.count_nonzero(m.masses, axis=-1).max(initial=0)) for m in (a, b)]
-    return most[0] * most[1] <= count << count
+def _one_pair(
+    a: MassFunction, b: MassFunction, operation: int, keep_empty: bool, normalise: bool
+) -> Combination:
+    """A single case, with as little around the kernel as can be."""
+    count = len(a.frame.hypotheses)
+    width = a.masses.size * b.masses.size
+    if count < 40:
+        width = min(width, 1 << count)
+    sets, masses = np.empty(width + 1, np.int64), np.empty(width + 1)
+    found, conflict, total = kernels().one_pair(
+        a.focal_sets, a.masses, b.focal_sets, b.masses, operation, count, keep_empty, normalise, sets, masses
+    )
+    if normalise and not total > 0.0:
+        return Combination(_by_logarithms(a, b), np.float64(conflict))
+    joint = MassFunction.trusted(a.frame, sets[:found], masses[:found], "shared")
+    return Combination(joint, np.float64(conflict))
 
 
 def _pairs(
@@ -564,15 +574,21 @@ def _singletons(a: MassFunction, b: MassFunction, keep_empty: bool, normalise: b
     return Combination(MassFunction.trusted(a.frame, a.focal_sets, masses, "singletons"), conflict)
 
 
-def _dense(a: MassFunction, b: MassFunction, *, upward: bool) -> Combination:
+def _dense(a: MassFunction, b: MassFunction, upward: bool, keep_empty: bool, normalise: bool) -> Combination:
     """By transforms: commonalities multiply, and so do implicabilities (``upward``)."""
-    batch = np.broadcast_shapes(a.batch, b.batch)
-    rows = int(np.prod(batch))
-    out = np.empty((rows, a.masses.shape[-1]))
-    kernels().dense_product(_rows(a.masses, batch), _rows(b.masses, batch), rows, upward, out)
-    masses = out.reshape(*batch, out.shape[-1])
-    joint = MassFunction.trusted(a.frame, every_set(len(a.frame)), masses, "dense")
-    return Combination(joint, np.zeros(batch) if upward else masses[..., 0].copy())
+    batch, rows = _batch_of(a, b)
+    size = a.masses.shape[-1]
+    out, conflict, totals = np.empty((rows, size)), np.empty(rows), np.empty(rows)
+    mine, other = _rows(a.masses, batch), _rows(b.masses, batch)
+    kernels().dense_product(
+        mine, other, rows, len(a.frame), upward, keep_empty, normalise, out, conflict, totals
+    )
+    if normalise and not (totals > 0.0).all():
+        if batch:
+            return _rescue(a, b, batch)
+        return Combination(_by_logarithms(a, b).to("dense"), np.float64(conflict[0]))
+    joint = MassFunction.trusted(a.frame, a.focal_sets, out.reshape(*batch, size), "dense")
+    return Combination(joint, conflict.reshape(batch) if batch else conflict[0])
 
 
 Rule = Callable[[MassFunction, MassFunction], Combination]
