@@ -1,6 +1,6 @@
 """Belief functions: the toolbox beside a bare compiled kernel and beside its peers, all in one run.
 
-The first run makes a virtual environment of its own (``.venv-peers``), installs the peers and evifuse there, and
+The first run makes a virtual environment (``.venv-peers``), installs the peers and evifuse there, and
 starts again in it. Every contestant solves the same problem; rounds are interleaved, so that a busy machine
 slows all alike, and medians are printed with ratios. A peer that can't solve a problem in reasonable time is
 left out of it, and that is said. The bare kernels are what a person would write with numba for that problem

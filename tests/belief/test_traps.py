@@ -1,4 +1,4 @@
-"""What goes wrong elsewhere, and not here: one test for each trap that was found by running other libraries."""
+"""What goes wrong elsewhere, and not here: a test for each trap found by running other libraries."""
 
 import inspect
 import pickle
@@ -25,7 +25,7 @@ FRAME = Frame(["a", "b", "c"])
 
 
 def test_no_silent_renormalisation() -> None:
-    with pytest.raises(MassError, match="sum to 0.6"):
+    with pytest.raises(MassError, match=r"sum to 0\.6"):
         MassFunction.of(FRAME, {"a": 0.3, "b": 0.3})
 
 
