@@ -418,9 +418,11 @@ def test_an_empty_batch_stays_empty(layout) -> None:
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_products_at_the_edge_of_numbers_keep_their_digits(layout) -> None:
-    tiny = 1e-160  # its square is a number, but with few digits
-    a = MassFunction(FRAME, ["a", "b", "c", FRAME], [1 - tiny, 0, 0, tiny / 3]).to(layout)
-    b = MassFunction(FRAME, ["a", "b", "c", FRAME], [0, tiny, tiny / 7, 1 - tiny]).to(layout)
-    c = MassFunction(FRAME, ["a", "b", "c", FRAME], [0, 1 - tiny, 0, tiny]).to(layout)
-    values = dense(combine([a, b, c]).mass)
-    np.testing.assert_allclose(values[[1, 2]], [0.75, 0.25], rtol=1e-12)
+    tiny = 1e-161  # its square is a number, but with hardly a digit
+    frame = Frame(["a", "b", "c", "d"])
+    sets = ["a", "b", "c", "d", frame]
+    a = MassFunction(frame, sets, [1 - tiny, 0, tiny / 3, tiny / 3, 0]).to(layout)
+    b = MassFunction(frame, sets, [0, 1 - tiny, tiny / 4, 3 * tiny / 4, 0]).to(layout)
+    for many in ([a, b], [a, b, MassFunction.vacuous(frame)]):
+        values = dense(combine(many).mass)
+        np.testing.assert_allclose(values[[4, 8]], [0.25, 0.75], rtol=1e-12)
