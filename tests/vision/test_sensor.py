@@ -98,6 +98,17 @@ def test_special_cases_are_known_as_such() -> None:
     assert arc["bracket"] > max(arc.get("rectangle", 0), arc.get("triangle", 0), 0.2)
 
 
+def test_an_octagon_leaves_more_doubt_than_a_circle() -> None:
+    image = np.full((240, 240), 220, np.uint8)
+    cv2.circle(image, (120, 120), 60, 60, -1, cv2.LINE_AA)
+    round_one = first(image).evidence.as_dict()["frame"]
+    t = (np.arange(8) + 0.5) * np.pi / 4
+    corners = (120 + 62 * np.column_stack([np.cos(t), np.sin(t)])).round().astype(np.int32)
+    image[:] = 220
+    cv2.fillPoly(image, [corners], 60, cv2.LINE_AA)
+    assert first(image).evidence.as_dict()["frame"] > 3 * round_one
+
+
 def test_several_objects_are_seen_with_their_boxes() -> None:
     image = np.full((300, 500), 220, np.uint8)
     cv2.rectangle(image, (40, 60), (160, 140), 60, -1)

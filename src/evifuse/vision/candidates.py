@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Proposals
+from evifuse.vision.primitives.polygon import straight_deviation
 
 __all__ = ["Candidates", "candidates_of"]
 
@@ -14,6 +15,16 @@ RESOLUTION_PX = 20.0
 
 PIXEL_GRID_PX = 0.5
 """Deviation that says nothing when straight and curved hypotheses are compared, px (our own)."""
+
+
+SIDES = 8
+"""An arc must follow the outline more closely than a polygon with so many sides does (our own)."""
+
+SIDES_MARGIN = 1.4
+"""Such a polygon, which has more freedom, must follow it so many times more closely to count (our own)."""
+
+LEAST_ARC = 0.05
+"""Arcs that are believed less than this are not compared with such a polygon (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +89,9 @@ def candidates_of(outlines: Outlines, scale: float) -> Candidates:
     To the belief that each primitive gives, factors are applied that no primitive can know alone (our own).
     *Rivalry*: where a polygon follows the outline more closely than the arc does, the arc loses the squared
     ratio of their deviations, and the other way round. *Simplicity*: four sides are believed as far as three
-    are not enough. *Resolution*: ``width / (width + 20 px)``.
+    are not enough. *Roundness*: where eight sides follow the outline much more closely than an arc, the arc
+    loses likewise, to nobody: an octagon is none of the primitives. *Resolution*: ``width / (width + 20
+    px)``.
 
     Parameters
     ----------
@@ -97,11 +110,14 @@ def candidates_of(outlines: Outlines, scale: float) -> Candidates:
     resolution = outlines.width / (outlines.width + scale * RESOLUTION_PX)
     rivals = {curved: _least_deviation(proposals, not curved) for curved in (False, True)}
     trust = np.where(fits.triangle.found, fits.triangle.match.trust, 0.0)
+    roundness = _roundness(fits)
     factors: list[dict[str, NDArray[np.float64]]] = []
     for p in proposals:
         rivalry = np.minimum(1.0, (rivals[p.curved] + PIXEL_GRID_PX) / (p.deviation + PIXEL_GRID_PX)) ** 2
         simplicity = 1 - trust if p.kind in ("rectangle", "square") else np.ones_like(trust)
         factors.append({"rivalry": rivalry, "simplicity": simplicity, "resolution": resolution})
+        if p.curved:
+            factors[-1]["roundness"] = roundness
     beliefs = np.array(
         [
             np.where(p.proposed, p.belief * np.prod(list(f.values()), axis=0), 0.0)
@@ -116,3 +132,14 @@ def _least_deviation(proposals: tuple[Proposals, ...], curved: bool) -> NDArray[
     return np.min(
         [np.where(p.proposed, p.deviation, np.inf) for p in proposals if p.curved == curved], axis=0
     )
+
+
+def _roundness(fits: Fits) -> NDArray[np.float64]:
+    """How much better an arc follows each outline than eight straight sides do, in [0, 1]."""
+    match = fits.ellipse.match
+    arcs = np.flatnonzero(fits.ellipse.found & (match.fit * match.explained >= LEAST_ARC))
+    straight = straight_deviation(fits.outlines, arcs, SIDES)
+    ratio = (straight + PIXEL_GRID_PX) / (match.deviation[arcs] + PIXEL_GRID_PX)
+    roundness = np.ones(len(match.fit))
+    roundness[arcs] = np.minimum(1.0, SIDES_MARGIN * ratio) ** 2
+    return roundness

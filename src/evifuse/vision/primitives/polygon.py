@@ -18,9 +18,10 @@ from evifuse.vision.geometry import (
 from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
 from evifuse.vision.primitives.hypothesis import Geometry, Proposals
 from evifuse.vision.primitives.outline import Outlines
+from evifuse.vision.reduce import reduce_polygons
 from evifuse.vision.sides import fit_sides
 
-__all__ = ["FittedPolygons", "fit_polygons", "mean_of_sides", "pattern_proposals"]
+__all__ = ["FittedPolygons", "fit_polygons", "mean_of_sides", "pattern_proposals", "straight_deviation"]
 
 MOST_ADDED = {3: 1.55, 4: 1.45}
 """A polygon with so many corners that encloses more than this times the hull is no hypothesis (our own): a
@@ -95,7 +96,7 @@ def fit_polygons(outlines: Outlines, reduced: NDArray[np.float64]) -> FittedPoly
     polygon = reduced.copy()
     polygon[area(polygon) > MOST_ADDED[reduced.shape[1]] * outlines.inside] = np.nan
     for _ in range(2):
-        polygon = _refined(outlines, polygon)
+        polygon = _refined(outlines.points, outlines.tolerance, outlines.width, polygon)
     distance, _ = distances_to_polygon(outlines.points, polygon)
     match = agreement(outlines, polygon, distance)
     found = match.trust >= LEAST_TRUST
@@ -104,14 +105,47 @@ def fit_polygons(outlines: Outlines, reduced: NDArray[np.float64]) -> FittedPoly
     return FittedPolygons(found, polygon, sides, match)
 
 
-def _refined(outlines: Outlines, polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-    distance, side = distances_to_polygon(outlines.points, polygon)
-    points = outlines.points[:, None]
+def straight_deviation(outlines: Outlines, which: NDArray[np.intp], sides: int) -> NDArray[np.float64]:
+    """How far outlines stray from the polygon with so many sides that follows them (our own).
+
+    Parameters
+    ----------
+    outlines : Outlines
+        What is seen.
+    which : ndarray of intp, shape (R,)
+        The outlines to look at.
+    sides : int
+        How many sides.
+
+    Returns
+    -------
+    ndarray of float64, shape (R,)
+        Root mean square deviation of all points, each at most four tolerances, px; infinite without such a
+        polygon.
+    """
+    points, tolerance = outlines.points[which], outlines.tolerance[which]
+    polygon = reduce_polygons(outlines.hull[which], outlines.corners[which], (sides,))[sides]
+    for _ in range(2):
+        polygon = _refined(points, tolerance, outlines.width[which], polygon)
+    distance, _ = distances_to_polygon(points, polygon)
+    deviation = np.sqrt((np.minimum(distance, 4 * tolerance[:, None]) ** 2).mean(axis=1))
+    return np.where(np.isnan(deviation), np.inf, deviation)
+
+
+def _refined(
+    points: NDArray[np.float64],
+    tolerance: NDArray[np.float64],
+    width: NDArray[np.float64],
+    polygon: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Polygons with each side fitted to the points next to it."""
+    distance, side = distances_to_polygon(points, polygon)
+    points = points[:, None]
     along = following(polygon) - polygon
     spans = np.maximum(side_lengths(polygon), 1e-9)[..., None]
     t = ((points - polygon[:, :, None]) * along[:, :, None]).sum(axis=-1) / spans**2
     inner = (side[:, None] == np.arange(polygon.shape[1])[:, None]) & (t > 0.08) & (t < 0.92)
-    inner &= (distance <= 4 * outlines.tolerance[:, None])[:, None]
+    inner &= (distance <= 4 * tolerance[:, None])[:, None]
     count = inner.sum(axis=-1, keepdims=True)
     apart = np.where(inner, distance[:, None], np.inf)
     rank = np.maximum(np.maximum(4, np.ceil(0.9 * count).astype(np.intp)) - 1, 0)
@@ -122,7 +156,7 @@ def _refined(outlines: Outlines, polygon: NDArray[np.float64]) -> NDArray[np.flo
     before = np.roll(centre, 1, axis=1), np.roll(direction, 1, axis=1)
     meeting = intersection(*before, centre, direction)
     moved = np.hypot(*np.moveaxis(meeting - polygon, -1, 0))
-    keep = ~(moved <= (0.25 * outlines.width + 3)[:, None])
+    keep = ~(moved <= (0.25 * width + 3)[:, None])
     return np.where(keep[..., None], polygon, meeting)
 
 
