@@ -38,7 +38,7 @@ def total(values: Array) -> Array:
 def cross_entropy(masses: Array, values: Array) -> Array:
     """``-sum m log v`` over positive masses, never below 0 through rounding."""
     logs = np.log(np.where(masses > 0, values, 1.0))
-    return np.maximum(-total(masses * logs), 0.0)
+    return np.asarray(np.maximum(-total(masses * logs), 0.0))
 
 
 def over_members(m: MassFunction, values: Array) -> Array:

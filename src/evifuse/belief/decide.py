@@ -248,7 +248,7 @@ def cost_table(m: MassFunction, costs: ArrayLike | None) -> Array:
 
 
 def _total(m: MassFunction) -> Array:
-    total = m.where(m.focal_sets != 0)
+    total = np.asarray(m.where(m.focal_sets != 0))
     if np.any(total <= 0):
         raise ConflictError("all mass is on the empty set: there is nothing to decide by")
     return total

@@ -123,7 +123,7 @@ def bhattacharyya(a: MassFunction, b: MassFunction) -> Array:
     else:
         squares = np.empty(int(np.prod(batch)))
         _compiled().roots(*_operands(a, b, batch), len(squares), squares)
-    return np.sqrt(np.minimum(squares, 1.0)).reshape(batch)
+    return np.asarray(np.sqrt(np.minimum(squares, 1.0))).reshape(batch)
 
 
 def conflict(a: MassFunction, b: MassFunction) -> Array:

@@ -53,7 +53,7 @@ def deng_entropy(m: MassFunction, base: float = 2.0) -> Array:
     2.8074
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, masses / subset_counts(m)) / scale
+    return np.asarray(cross_entropy(masses, masses / subset_counts(m)) / scale)
 
 
 def jirousek_shenoy_entropy(m: MassFunction, base: float = 2.0) -> Array:
@@ -79,7 +79,7 @@ def jirousek_shenoy_entropy(m: MassFunction, base: float = 2.0) -> Array:
     _, scale = checked(m, base)
     shares = contour(m)
     shares = shares / shares.sum(axis=-1, keepdims=True)
-    return cross_entropy(shares, shares) / scale + nonspecificity(m, base)
+    return np.asarray(cross_entropy(shares, shares) / scale + nonspecificity(m, base))
 
 
 def pignistic_entropy(m: MassFunction, base: float = 2.0) -> Array:
@@ -104,7 +104,7 @@ def pignistic_entropy(m: MassFunction, base: float = 2.0) -> Array:
     """
     _, scale = checked(m, base)
     shares = pignistic(m)
-    return cross_entropy(shares, shares) / scale
+    return np.asarray(cross_entropy(shares, shares) / scale)
 
 
 def information_dimension(m: MassFunction, base: float = 2.0) -> Array:
@@ -131,7 +131,7 @@ def information_dimension(m: MassFunction, base: float = 2.0) -> Array:
     MassError
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
-    return deng_entropy(m, base) * np.log(base) / (len(m.frame) * np.log(2))
+    return np.asarray(deng_entropy(m, base) * np.log(base) / (len(m.frame) * np.log(2)))
 
 
 def belief_entropy(m: MassFunction, base: float = 2.0) -> Array:
@@ -155,7 +155,7 @@ def belief_entropy(m: MassFunction, base: float = 2.0) -> Array:
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, masses) / scale
+    return np.asarray(cross_entropy(masses, masses) / scale)
 
 
 def core_entropy(m: MassFunction, base: float = 2.0) -> Array:
@@ -181,7 +181,7 @@ def core_entropy(m: MassFunction, base: float = 2.0) -> Array:
     masses, scale = checked(m, base)
     sizes = np.where(masses > 0, sizes_of(m), 0)
     shares = sizes / sizes.sum(axis=-1, keepdims=True)
-    return cross_entropy(shares, shares) / scale
+    return np.asarray(cross_entropy(shares, shares) / scale)
 
 
 def within_set_entropy(m: MassFunction, base: float = 2.0) -> Array:
@@ -204,4 +204,4 @@ def within_set_entropy(m: MassFunction, base: float = 2.0) -> Array:
     MassError
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
-    return core_entropy(m, base) + belief_entropy(m, base)
+    return np.asarray(core_entropy(m, base) + belief_entropy(m, base))

@@ -56,15 +56,15 @@ def fractal_belief_entropy(m: MassFunction, base: float = 2.0) -> Array:
     _, scale = checked(m, base)
     if m.layout != "dense" and len(m.frame) > LAID_OUT:
         if m.focal_sets.ndim == 1:
-            return _by_closure(m) / scale
+            return np.asarray(_by_closure(m) / scale)
         rows = _flat(m)
         each = [_by_closure(row.to("padded").to("shared")) for row in rows]
-        return np.array(each).reshape(m.batch) / scale
+        return np.asarray(np.array(each).reshape(m.batch) / scale)
     if not m.batch:
-        return _by_table(m) / scale
+        return np.asarray(_by_table(m) / scale)
     rows, step = _flat(m), max(1, TABLE_SIZE >> len(m.frame))
     parts = [_by_table(rows[i : i + step]) for i in range(0, len(rows), step)]
-    return np.concatenate([*parts, np.empty(0)]).reshape(m.batch) / scale
+    return np.asarray(np.concatenate([*parts, np.empty(0)]).reshape(m.batch) / scale)
 
 
 def _flat(m: MassFunction) -> MassFunction:
@@ -89,7 +89,7 @@ def _by_closure(m: MassFunction) -> Array:
     for i, s in enumerate(m.focal_sets):
         shares += np.where(sets & ~s == 0, each[..., i, None] if s else 0.0, 0.0)
     logs = np.log(np.where(shares > 0, shares, 1.0))
-    return np.maximum(-total(counts * shares * logs), 0.0)
+    return np.asarray(np.maximum(-total(counts * shares * logs), 0.0))
 
 
 @lru_cache(maxsize=64)

@@ -55,7 +55,7 @@ def nonspecificity(m: MassFunction, base: float = 2.0) -> Array:
     (1.0, 0.5)
     """
     masses, scale = checked(m, base)
-    return total(masses * np.log(np.maximum(sizes_of(m), 1))) / scale
+    return np.asarray(total(masses * np.log(np.maximum(sizes_of(m), 1))) / scale)
 
 
 def strife(m: MassFunction, base: float = 2.0) -> Array:
@@ -80,7 +80,7 @@ def strife(m: MassFunction, base: float = 2.0) -> Array:
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, over_members(m, contour(m)) / np.maximum(sizes_of(m), 1)) / scale
+    return np.asarray(cross_entropy(masses, over_members(m, contour(m)) / np.maximum(sizes_of(m), 1)) / scale)
 
 
 def discord(m: MassFunction, base: float = 2.0) -> Array:
@@ -105,7 +105,7 @@ def discord(m: MassFunction, base: float = 2.0) -> Array:
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, over_members(m, pignistic(m))) / scale
+    return np.asarray(cross_entropy(masses, over_members(m, pignistic(m))) / scale)
 
 
 def dissonance(m: MassFunction, base: float = 2.0) -> Array:
@@ -129,7 +129,7 @@ def dissonance(m: MassFunction, base: float = 2.0) -> Array:
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, plausibilities(m)) / scale
+    return np.asarray(cross_entropy(masses, plausibilities(m)) / scale)
 
 
 def confusion(m: MassFunction, base: float = 2.0) -> Array:
@@ -153,4 +153,4 @@ def confusion(m: MassFunction, base: float = 2.0) -> Array:
         If the empty set carries mass, or the base is not a positive number other than 1.
     """
     masses, scale = checked(m, base)
-    return cross_entropy(masses, beliefs(m)) / scale
+    return np.asarray(cross_entropy(masses, beliefs(m)) / scale)
