@@ -23,8 +23,8 @@ SIDES = 8
 SIDES_MARGIN = 1.4
 """Such a polygon, which has more freedom, must follow it so many times more closely to count (our own)."""
 
-LEAST_ARC = 0.05
-"""Arcs that are believed less than this are not compared with such a polygon (our own)."""
+WHOLE_ARC = 0.9
+"""Arcs that are seen and account for less are not compared with such a polygon: it follows cuts (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ def _least_deviation(proposals: tuple[Proposals, ...], curved: bool) -> NDArray[
 def _roundness(fits: Fits) -> NDArray[np.float64]:
     """How much better an arc follows each outline than eight straight sides do, in [0, 1]."""
     match = fits.ellipse.match
-    arcs = np.flatnonzero(fits.ellipse.found & (match.fit * match.explained >= LEAST_ARC))
+    arcs = np.flatnonzero(fits.ellipse.found & (match.explained * match.coverage >= WHOLE_ARC))
     straight = straight_deviation(fits.outlines, arcs, SIDES)
     ratio = (straight + PIXEL_GRID_PX) / (match.deviation[arcs] + PIXEL_GRID_PX)
     roundness = np.ones(len(match.fit))

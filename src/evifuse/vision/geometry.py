@@ -14,7 +14,6 @@ __all__ = [
     "fit_line",
     "following",
     "intersection",
-    "perimeter",
     "resample",
     "side_lengths",
 ]
@@ -85,22 +84,6 @@ def side_lengths(polygon: Points) -> NDArray[np.float64]:
     """
     along = following(polygon) - polygon
     return np.hypot(along[..., 0], along[..., 1])
-
-
-def perimeter(polygon: Points) -> NDArray[np.float64]:
-    """Length of a closed polygon.
-
-    Parameters
-    ----------
-    polygon : ndarray of float64, shape (..., K, 2)
-        Corners in order.
-
-    Returns
-    -------
-    ndarray of float64, shape (...)
-        Pixels.
-    """
-    return side_lengths(polygon).sum(axis=-1)
 
 
 def resample(polygon: Points, count: int) -> Points:
