@@ -170,6 +170,36 @@ def test_near_total_conflict_is_right(tiny: float, layout: str, batched: bool) -
     assert np.all(conflict == pytest.approx(1 - total * tiny))
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_products_whose_digits_run_out(layout: str) -> None:
+    frame = Frame(["a", "b", "c", "d"])
+    t = 1e-161
+    a = MassFunction(frame, ["a", "c", "d"], [1 - t, t / 3, t / 3]).to(layout)  # type: ignore[arg-type]
+    b = MassFunction(frame, ["b", "c", "d"], [1 - t, t / 4, 3 * t / 4]).to(layout)  # type: ignore[arg-type]
+    assert dempster(a, b).mass.as_dict() == pytest.approx({"c": 0.25, "d": 0.75})
+    many = [
+        MassFunction(frame, m.focal_sets, np.stack([m.masses] * 2)) for m in (a.to("shared"), b.to("shared"))
+    ]
+    assert dempster(*many).mass[1].as_dict() == pytest.approx({"c": 0.25, "d": 0.75})
+
+
+@pytest.mark.parametrize("doubt", [1e-3, 1e-6, 1e-10, 1e-14])
+def test_full_tables_near_total_conflict(doubt: float) -> None:
+    rng = np.random.default_rng(4)
+    frame = Frame([f"h{i}" for i in range(8)])
+
+    def believer(mask: int) -> MassFunction:
+        masses = np.concatenate([[0.0], doubt * rng.dirichlet(np.ones(255))])
+        masses[mask] += 1 - masses.sum()
+        return MassFunction(frame, np.arange(256), masses)
+
+    a, b = believer(1), believer(2)
+    joint, conflict = dempster(a, b)
+    expected, other = dempster(a.to("padded"), b.to("padded"))
+    np.testing.assert_allclose(dense(joint), dense(expected), atol=1e-12)
+    assert float(conflict) == pytest.approx(float(other), abs=1e-12)
+
+
 def test_total_conflict_is_an_error_in_every_layout() -> None:
     frame = Frame(["a", "b"])
     a, b = MassFunction.of(frame, {"a": 1.0}), MassFunction.of(frame, {"b": 1.0})

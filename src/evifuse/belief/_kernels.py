@@ -381,6 +381,7 @@ def dense_product(masses_a, masses_b, rows, bits, upward, keep_empty, normalise,
         else:
             mine[:] = a
             other[:] = b
+            scale = 1.0
             if upward:
                 zeta_up(mine)
                 zeta_up(other)
@@ -390,11 +391,14 @@ def dense_product(masses_a, masses_b, rows, bits, upward, keep_empty, normalise,
             else:
                 zeta_down(mine)
                 zeta_down(other)
+                scale = 0.0
                 for k in range(size):
                     mine[k] *= other[k]
+                for k in range(bits):  # no mass off the empty set is larger than a hypothesis' commonality
+                    scale = max(scale, mine[1 << k])
                 moebius_down(mine)
             for k in range(size):  # masses are sums of products: what is below rounding is a residue
-                mine[k] = mine[k] if mine[k] > 1e-16 else 0.0
+                mine[k] = mine[k] if mine[k] > 1e-16 * scale else 0.0
         conflicts[row] = 0.0 if upward else mine[0]
         if not keep_empty and not upward:
             mine[0] = 0.0

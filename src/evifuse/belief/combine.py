@@ -25,6 +25,9 @@ __all__ = [
 Array = NDArray[np.float64]
 INTERSECTION, UNION, DUBOIS_PRADE = range(3)
 
+SMALLEST = 1e-280
+"""Below this sum, products of masses have lost digits: logarithms are used."""
+
 _kernels: Any = None
 
 
@@ -346,7 +349,7 @@ def _one_pair(
     found, conflict, total = kernels().one_pair(
         a.focal_sets, a.masses, b.focal_sets, b.masses, operation, count, keep_empty, normalise, sets, masses
     )
-    if normalise and not total > 0.0:
+    if normalise and not total > SMALLEST:
         return Combination(_by_logarithms(a, b), np.float64(conflict))
     joint = MassFunction.trusted(a.frame, sets[:found], masses[:found], "shared")
     return Combination(joint, np.float64(conflict))
@@ -376,7 +379,7 @@ def _pairs(
         sets,
         masses,
     )
-    if normalise and not (totals[0] > 0.0 if rows == 1 else np.all(totals > 0.0)):
+    if normalise and not np.all(totals > SMALLEST):
         if batch:
             return _rescue(a, b, batch)
         return Combination(_by_logarithms(a, b), conflict[0])
@@ -504,53 +507,18 @@ def _by_slot(
         kernels().products_by_slot(mine, other, rows, np.where(clash, 0, 1), both)
         conflict = both[:, 0]
         return Combination(joint, conflict.reshape(batch))
-    conflict = joint.where(sets == 0) if operation == INTERSECTION else np.zeros(batch)
-    return joint_result(joint, conflict, keep_empty, normalise)
-
-
-def joint_result(joint: MassFunction, conflict: Array, keep_empty: bool, normalise: bool) -> Combination:
-    """A combination from its unnormalised masses over shared sets, the empty one among them.
-
-    Parameters
-    ----------
-    joint : MassFunction
-        In the shared or dense layout.
-    conflict : ndarray of float64, shape (...)
-        Mass of the empty set.
-    keep_empty : bool
-        Leave it there.
-    normalise : bool
-        Scale the others to 1.
-
-    Returns
-    -------
-    Combination
-        As asked for.
-
-    Raises
-    ------
-    ConflictError
-        If there is nothing to scale.
-    """
+    if operation == UNION or sets[0] != 0:
+        return Combination(joint, np.zeros(batch))
+    conflict = joint.masses[..., 0].copy()
     if keep_empty:
         return Combination(joint, conflict)
-    empty = joint.focal_sets == 0
-    if joint.layout == "dense":
-        masses = joint.masses.copy()
-        masses[..., 0] = 0.0
-        sets = joint.focal_sets
-    else:
-        masses, sets = joint.masses[..., ~empty], joint.focal_sets[~empty]
+    masses = joint.masses[..., 1:]
     if normalise:
         total = masses.sum(axis=-1, keepdims=True)
-        if not np.all(total > 0.0):
-            at = np.argwhere(~(total[..., 0] > 0.0))[0].tolist()
-            where = f" at index {tuple(at)}" if at else ""
-            raise ConflictError(
-                f"total conflict{where}: the two sources have no focal set in common; discount one first"
-            )
+        if not np.all(total > SMALLEST):
+            return _rescue(a, b, batch)
         masses = masses / total
-    return Combination(MassFunction.trusted(joint.frame, sets, masses, joint.layout), conflict)
+    return Combination(MassFunction.trusted(a.frame, sets[1:], masses.copy(), "shared"), conflict)
 
 
 def _singletons(a: MassFunction, b: MassFunction, keep_empty: bool, normalise: bool) -> Combination:
@@ -568,7 +536,7 @@ def _singletons(a: MassFunction, b: MassFunction, keep_empty: bool, normalise: b
         joint = MassFunction.trusted(a.frame, sets, np.concatenate([masses, conflict[..., None]], axis=-1))
         return Combination(joint, conflict)
     if normalise:
-        if not np.all(total > 0.0):
+        if not np.all(total > SMALLEST):
             return _rescue(a, b, np.broadcast_shapes(a.batch, b.batch))
         masses /= total
     return Combination(MassFunction.trusted(a.frame, a.focal_sets, masses, "singletons"), conflict)
@@ -583,7 +551,7 @@ def _dense(a: MassFunction, b: MassFunction, upward: bool, keep_empty: bool, nor
     kernels().dense_product(
         mine, other, rows, len(a.frame), upward, keep_empty, normalise, out, conflict, totals
     )
-    if normalise and not (totals > 0.0).all():
+    if normalise and not (totals > SMALLEST).all():
         if batch:
             return _rescue(a, b, batch)
         return Combination(_by_logarithms(a, b).to("dense"), np.float64(conflict[0]))

@@ -28,7 +28,7 @@ class Aggregate:
     prototypes: dict[str, MassFunction]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KnowledgeBase:
     """Classes of patterns over one frame, and how the formulas are to be read with them.
 

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.belief import Frame, MassFunction, on_frame
 from evifuse.conductivity.aggregate import AggregateProperties, KnowledgeBase, aggregate_properties
-from evifuse.conductivity.entropy import interaction_dimension, projection
+from evifuse.conductivity.entropy import divergence, inner_entropy, projection, ratio
 from evifuse.conductivity.reading import Reading
 from evifuse.errors import MassError
 
@@ -194,11 +195,10 @@ def classify(
     """
     reading = reading or knowledge.reading
     y = on_frame(evidence.to("shared"), knowledge.frame)
-    properties = {a.label: aggregate_properties(a, reading) for a in knowledge.aggregates}
-    prototypes = [(a.label, name, x) for a in knowledge.aggregates for name, x in a.prototypes.items()]
+    properties, prototypes, inner = _prepared(knowledge, reading)
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)
     met = y if reading.commitment is None else _at_commitment(y, reading.commitment, reading.negligible)
-    dims = _interactions(met, [x for _, _, x in prototypes], reading) ** reading.sharpness
+    dims = _interactions(met, [x for _, _, x in prototypes], inner, reading) ** reading.sharpness
     top = np.array([properties[label].dimension for label, _, _ in prototypes])
     cap = np.array([properties[label].capacity for label, _, _ in prototypes])
     seen = projection(dims, cap)
@@ -221,8 +221,21 @@ def classify(
         seen,
         sigma,
         branches,
-        properties,
+        dict(properties),
     )
+
+
+Prototypes = list[tuple[str, str, MassFunction]]
+
+
+@lru_cache(maxsize=64)
+def _prepared(
+    knowledge: KnowledgeBase, reading: Reading
+) -> tuple[dict[str, AggregateProperties], Prototypes, list[float]]:
+    """What does not depend on the evidence: the classes, and the inner entropies of their prototypes."""
+    properties = {a.label: aggregate_properties(a, reading) for a in knowledge.aggregates}
+    prototypes = [(a.label, name, x) for a in knowledge.aggregates for name, x in a.prototypes.items()]
+    return properties, prototypes, [float(inner_entropy(x, reading)) for _, _, x in prototypes]
 
 
 def _at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFunction:
@@ -240,7 +253,7 @@ def _at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFu
 
 
 def _interactions(
-    y: MassFunction, prototypes: Sequence[MassFunction], reading: Reading
+    y: MassFunction, prototypes: Sequence[MassFunction], inner: Sequence[float], reading: Reading
 ) -> NDArray[np.float64]:
     """``dim(Y; X_i)`` of a batch, in groups of equal focal sets: a set without mass is not focal."""
     flat = y.masses.reshape(-1, y.masses.shape[-1])
@@ -249,6 +262,8 @@ def _interactions(
     for g, present in enumerate(patterns):
         rows = np.flatnonzero(group.ravel() == g)
         part = MassFunction.trusted(y.frame, y.focal_sets[present], flat[np.ix_(rows, present)])
+        own = inner_entropy(part, reading)
         for i, x in enumerate(prototypes):
-            out[rows, i] = interaction_dimension(part, x, reading)
+            both = own + inner[i]
+            out[rows, i] = ratio(both, both + divergence(part, x, reading))
     return out.reshape(*y.batch, len(prototypes))

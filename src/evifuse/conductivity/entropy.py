@@ -3,6 +3,7 @@
 Masses are ``[..., F]`` with leading batch dimensions and all positive: a set without mass is not a focal set.
 """
 
+from functools import lru_cache
 from math import log as natural_log
 
 import numpy as np
@@ -85,20 +86,26 @@ def similarity(frame: Frame, a: NDArray[np.int64], b: NDArray[np.int64], reading
     ndarray of float64, shape (F, G)
         In [0, 1]; 0 only for disjoint attributes and an offset of 0.
     """
+    return _similarity(frame, tuple(a.tolist()), tuple(b.tolist()), reading.similarity_offset)
+
+
+@lru_cache(maxsize=4096)
+def _similarity(frame: Frame, a: tuple[int, ...], b: tuple[int, ...], offset: float) -> Array:
+    """The same few focal sets meet again and again, so their similarities are remembered."""
     if frame.attributes is None:
         has = np.eye(len(frame), dtype=bool)
     else:
         every = sorted(frozenset[str]().union(*frame.attributes))
         has = np.array([[attribute in own for attribute in every] for own in frame.attributes])
-
-    def lists(sets: NDArray[np.int64]) -> Array:
-        members = ((sets[:, None] >> np.arange(len(frame))) & 1).astype(bool)
-        return (members @ has).astype(np.float64)
-
-    x, y = lists(a), lists(b)
+    x, y = (
+        (((np.array(sets)[:, None] >> np.arange(len(frame))) & 1).astype(bool) @ has).astype(np.float64)
+        for sets in (a, b)
+    )
     shared = x @ y.T
     union = x.sum(axis=1)[:, None] + y.sum(axis=1)[None, :] - shared
-    return (shared + reading.similarity_offset) / (union + reading.similarity_offset)
+    out = (shared + offset) / (union + offset)
+    out.flags.writeable = False
+    return out
 
 
 def belief_entropy(x: MassFunction, reading: Reading) -> Array:
