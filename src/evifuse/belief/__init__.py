@@ -1,7 +1,7 @@
 """The theory of evidence, useful on its own: frames, mass functions, and what is computed from them."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from evifuse.belief.average import average, murphy
 from evifuse.belief.cautious import bold, cautious, decombine
@@ -84,9 +84,6 @@ from evifuse.belief.weights import (
     to_disjunctive_weights,
 )
 
-if TYPE_CHECKING:
-    from evifuse.belief.neighbours import EvidentialNeighbours
-
 __all__ = [
     "DENSE_LIMIT",
     "DESIDERATA",
@@ -100,7 +97,6 @@ __all__ = [
     "CombinationRule",
     "Context",
     "Distance",
-    "EvidentialNeighbours",
     "Expectation",
     "Frame",
     "Layout",
@@ -199,7 +195,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import the estimator when it is asked for: it needs scikit-learn."""
+    """Import the estimator when it is asked for: it needs scikit-learn, so it is not part of ``import *``."""
     if name == "EvidentialNeighbours":
         return import_module("evifuse.belief.neighbours").EvidentialNeighbours
     raise AttributeError(f"module 'evifuse.belief' has no attribute {name!r}")

@@ -418,16 +418,18 @@ def dense_proportional(masses_a, masses_b, rows, out):
     size = masses_a.shape[1]
     step_a, step_b = int(masses_a.shape[0] > 1), int(masses_b.shape[0] > 1)
     for row in range(rows):
-        for s in range(1, size):
-            x = masses_a[row * step_a, s]
+        mine, a, b = out[row], masses_a[row * step_a], masses_b[row * step_b]
+        for s in range(1, size - 1):
+            x = a[s]
             if x == 0.0:
                 continue
             rest = size - 1 - s
+            kept = 0.0
             t = rest
             while t > 0:
-                y = masses_b[row * step_b, t]
-                if y > 0.0:
-                    share = x * y / (x + y)
-                    out[row, s] += x * share
-                    out[row, t] += y * share
+                y = b[t]
+                share = x * y / (x + y)
+                kept += share
+                mine[t] += y * share
                 t = (t - 1) & rest
+            mine[s] += x * kept
