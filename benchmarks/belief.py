@@ -20,7 +20,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 VENV = ROOT / ".venv-peers"
-PEERS = ["torchbelief", "evidencelib", "evtools-dst", "pybelief", "py-dempster-shafer", "dstz", "ecolaf"]
+PEERS = ["torchbelief", "evidencelib", "evtools-dst", "pybelief", "py-dempster-shafer", "ecolaf"]
 TORCH = os.environ.get("EVIFUSE_TORCH", "torch==2.13.0")
 Work = Callable[[], Any]
 

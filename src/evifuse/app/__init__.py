@@ -1,1 +1,1 @@
-"""evifuse app."""
+"""The command line, its tables and pictures, and the chapter's figures."""

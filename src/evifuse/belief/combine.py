@@ -1,6 +1,5 @@
 """Rules that multiply focal sets in pairs: two sources into one."""
 
-from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.belief.frame import Frame
-from evifuse.belief.mass import Layout, MassFunction
+from evifuse.belief.mass import MassFunction
 from evifuse.errors import ConflictError, FrameError
 
 __all__ = [
@@ -557,7 +556,3 @@ def _dense(a: MassFunction, b: MassFunction, upward: bool, keep_empty: bool, nor
         return Combination(_by_logarithms(a, b).to("dense"), np.float64(conflict[0]))
     joint = MassFunction.trusted(a.frame, a.focal_sets, out.reshape(*batch, size), "dense")
     return Combination(joint, conflict.reshape(batch) if batch else conflict[0])
-
-
-Rule = Callable[[MassFunction, MassFunction], Combination]
-LAYOUTS: tuple[Layout, ...] = ("shared", "padded", "singletons", "dense")
