@@ -18,6 +18,9 @@ __all__ = ["BRANCHES", "Classification", "PrototypeExplanation", "classify", "no
 BRANCHES = ("strong", "weak", "blocked")
 """A.8 iii: seen in full; A.8 iv: seen in projection; or not seen at all."""
 
+BRANCH_TOLERANCE = 1e-12
+"""A dimension this little above the branch point is still on the strong branch."""
+
 
 @dataclass(frozen=True)
 class PrototypeExplanation:
@@ -202,10 +205,13 @@ def classify(
     top = np.array([properties[label].dimension for label, _, _ in prototypes])
     cap = np.array([properties[label].capacity for label, _, _ in prototypes])
     seen = projection(dims, cap)
-    branches = np.where(dims <= top + 1e-12, 0, np.where(seen <= top, 1, 2)).astype(np.int8)
-    if not reading.projection:
-        branches = np.zeros_like(branches)
-    sigma = np.choose(branches, [dims, seen, np.zeros_like(dims)])
+    branches = np.zeros(dims.shape, dtype=np.int8)
+    if reading.projection:
+        branches = np.where(dims <= top + BRANCH_TOLERANCE, 0, np.where(seen <= top, 1, 2)).astype(np.int8)
+    if reading.projection and reading.smoothing > 0:
+        sigma = _smooth(dims, seen, top, reading.smoothing)
+    else:
+        sigma = np.choose(branches, [dims, seen, np.zeros_like(dims)])
     if reading.commitment is not None:
         sigma = sigma * committed[..., None]
     pool = {"sum": np.sum, "mean": np.mean, "max": np.max}[reading.pooling]
@@ -223,6 +229,19 @@ def classify(
         branches,
         dict(properties),
     )
+
+
+def _smooth(
+    dims: NDArray[np.float64], seen: NDArray[np.float64], top: NDArray[np.float64], width: float
+) -> NDArray[np.float64]:
+    """A.8 iii and iv without the jumps: each branch fades out over a width above the branch point (our own)."""
+
+    def left(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        t = np.clip((x - top) / width, 0.0, 1.0)
+        return 1.0 - t * t * (3.0 - 2.0 * t)
+
+    strong = left(dims)
+    return strong * dims + (1.0 - strong) * left(seen) * seen
 
 
 Prototypes = list[tuple[str, str, MassFunction]]

@@ -13,7 +13,7 @@ class Reading:
     """One way of reading the formulas of appendix A.
 
     The defaults are the *sound* reading: every dimension lies in (0, 1], equal belief functions have
-    interaction dimension 1, and neither names nor order matter. The last five fields, from ``sharpness`` on,
+    interaction dimension 1, and neither names nor order matter. The last six fields, from ``smoothing`` on,
     are our own additions, off by default.
 
     Parameters
@@ -42,6 +42,10 @@ class Reading:
     pooling : {"sum", "mean", "max"}
         Conductivity of a class from those of its prototypes. The print sums (A.8 v), which favours classes
         with more prototypes.
+    smoothing : float
+        Our own, with ``projection``: over this width above the branch point the strong branch fades into the
+        weak one, and over as much above it the weak branch fades into nothing, so that conductivity is
+        continuous. 0 is the chapter's jump.
     sharpness : float
         Our own: each interaction dimension raised to this power, as if it passed so many equal layers in
         series.
@@ -70,6 +74,7 @@ class Reading:
     members: Literal["inner", "within"] = "inner"
     projection: bool = True
     pooling: Literal["sum", "mean", "max"] = "sum"
+    smoothing: float = 0.0
     sharpness: float = 1.0
     commitment: float | None = None
     negligible: float = 0.0
@@ -94,6 +99,7 @@ class Reading:
         ranges = {
             "log_base": (self.log_base is None or self.log_base > 1, "above 1"),
             "similarity_offset": (self.similarity_offset >= 0, "0 or more"),
+            "smoothing": (self.smoothing >= 0, "0 or more"),
             "sharpness": (self.sharpness > 0, "above 0"),
             "negligible": (0 <= self.negligible < 0.5, "0 or more and below 0.5"),
             "commitment": (self.commitment is None or 0 < self.commitment < 1, "between 0 and 1, or absent"),
