@@ -13,6 +13,7 @@ from evifuse.conductivity.classify import (
     classify,
     normalised_belief,
 )
+from evifuse.conductivity.compiled import CompiledClassifier, compile  # noqa: A004
 from evifuse.conductivity.entropy import (
     belief_entropy,
     capacity,
@@ -35,6 +36,7 @@ __all__ = [
     "Aggregate",
     "AggregateProperties",
     "Classification",
+    "CompiledClassifier",
     "KnowledgeBase",
     "PrototypeExplanation",
     "Reading",
@@ -42,6 +44,7 @@ __all__ = [
     "belief_entropy",
     "capacity",
     "classify",
+    "compile",
     "core_entropy",
     "divergence",
     "focal_distance",

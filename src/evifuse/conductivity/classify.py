@@ -198,7 +198,7 @@ def classify(
     """
     reading = reading or knowledge.reading
     y = on_frame(evidence.to("shared"), knowledge.frame)
-    properties, prototypes, inner = _prepared(knowledge, reading)
+    properties, prototypes, inner = prepared(knowledge, reading)
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)
     met = y if reading.commitment is None else _at_commitment(y, reading.commitment, reading.negligible)
     dims = _interactions(met, [x for _, _, x in prototypes], inner, reading) ** reading.sharpness
@@ -234,7 +234,7 @@ def classify(
 def _smooth(
     dims: NDArray[np.float64], seen: NDArray[np.float64], top: NDArray[np.float64], width: float
 ) -> NDArray[np.float64]:
-    """A.8 iii and iv without the jumps: each branch fades out over a width above the branch point (our own)."""
+    """A.8 iii and iv without the jumps: each branch fades out above the branch point (our own)."""
 
     def left(x: NDArray[np.float64]) -> NDArray[np.float64]:
         t = np.clip((x - top) / width, 0.0, 1.0)
@@ -248,10 +248,27 @@ Prototypes = list[tuple[str, str, MassFunction]]
 
 
 @lru_cache(maxsize=64)
-def _prepared(
+def prepared(
     knowledge: KnowledgeBase, reading: Reading
 ) -> tuple[dict[str, AggregateProperties], Prototypes, list[float]]:
-    """What does not depend on the evidence: the classes, and the inner entropies of their prototypes."""
+    """What does not depend on the evidence.
+
+    Parameters
+    ----------
+    knowledge : KnowledgeBase
+        The classes and their prototypes.
+    reading : Reading
+        How the formulas are read.
+
+    Returns
+    -------
+    properties : mapping of str to AggregateProperties
+        Dimension and capacity of each class.
+    prototypes : list of (str, str, MassFunction)
+        Class, name and masses of each prototype.
+    inner : list of float
+        Their inner entropies.
+    """
     properties = {a.label: aggregate_properties(a, reading) for a in knowledge.aggregates}
     prototypes = [(a.label, name, x) for a in knowledge.aggregates for name, x in a.prototypes.items()]
     return properties, prototypes, [float(inner_entropy(x, reading)) for _, _, x in prototypes]
