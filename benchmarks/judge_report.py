@@ -1,0 +1,253 @@
+"""Tables and a figure of what `judge.py` measured."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from judge_data import CONDITIONS, OWN, SIZES
+from judge_measures import COVERAGES, mean_and_half, mean_ranks, verdict
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Cell = tuple[str, str, str]  # set, size, condition
+Record = dict[str, Any]
+MEASURES = {
+    "accuracy": ("Accuracy, %", 100.0, True, 1),
+    "brier": ("Brier score (0 to 2, lower is better)", 1.0, False, 3),
+    "calibration": ("Expected calibration error, % (lower is better)", 100.0, False, 1),
+    "rejection": ("Area under accuracy over coverage, %", 100.0, True, 1),
+}
+"""Title, factor, whether higher is better, decimals."""
+ORDER = (
+    "conductivity trained",
+    "conductivity smooth",
+    "conductivity chapter",
+    "conductivity built in",
+    "conductivity of features",
+    "Dempster",
+    "posterior product",
+    "evidential k-NN",
+    "naive Bayes",
+    "logistic regression",
+    "random forest",
+)
+OURS = ORDER[0]
+
+
+class Results:
+    """Every score by method and cell, an array over seeds."""
+
+    def __init__(self, records: list[Record]) -> None:
+        self.sets = tuple(dict.fromkeys(r["set"] for r in records))
+        self.sizes = tuple(s for s in SIZES if any(r["size"] == s for r in records))
+        self.by_seed: dict[tuple[str, Cell], dict[int, Record]] = {}
+        self.times: dict[str, list[tuple[float, float]]] = {}
+        for r in records:
+            for method, found in r["methods"].items():
+                self.times.setdefault(method, []).append((found["fit_s"], found["predict_us"]))
+                for condition, score in found["scores"].items():
+                    cell = (r["set"], r["size"], condition)
+                    self.by_seed.setdefault((method, cell), {})[r["seed"]] = score
+        self.methods = tuple(m for m in ORDER if m in self.times)
+
+    def at(self, method: str, cell: Cell, measure: str) -> Array | None:
+        """Values over seeds, in their order; a size that holds all cases anyway is that of all."""
+        found = self.by_seed.get((method, cell)) or self.by_seed.get((method, (cell[0], "all", cell[2])))
+        return np.array([found[seed][measure] for seed in sorted(found)]) if found else None
+
+    def mean(self, method: str, cells: Iterable[Cell], measure: str) -> Array | None:
+        """Mean over cells, for each seed; None if the method was not judged on all of them."""
+        values = [v for v in (self.at(method, cell, measure) for cell in cells) if v is not None]
+        return np.mean(values, axis=0) if values else None
+
+    def cells(self, sets: Iterable[str], sizes: Iterable[str], condition: str) -> list[Cell]:
+        """Cells of a condition, those left out where it doesn't exist (a single source)."""
+        every = [(t, s, condition) for t in sets for s in sizes]
+        return [c for c in every if any(self.at(m, c, "accuracy") is not None for m in self.methods)]
+
+    def methods_of(self, sets: Iterable[str]) -> tuple[str, ...]:
+        """Methods that were judged on these sets."""
+        names = set(sets)
+        return tuple(m for m in self.methods if any(k == m and c[0] in names for k, c in self.by_seed))
+
+
+def report(records: list[Record]) -> tuple[str, list[dict[str, Any]]]:
+    """All tables as Markdown, and every mean and interval as plain values."""
+    results = Results(records)
+    parts: list[str] = []
+    own = [t for t in results.sets if t in OWN]
+    for title, sets in (("public sets", [t for t in results.sets if t not in OWN]), ("own evidence", own)):
+        if not sets:
+            continue
+        names = ", ".join(sets)
+        parts.append(f"## All {title} together\n\nMeans over {names} and over all training sizes.")
+        parts += [overview(results, sets, measure) for measure in MEASURES]
+        parts.append(by_size(results, sets))
+        parts.append(duels(results, sets))
+    parts.append(times(results))
+    parts.append("## Set by set")
+    parts += [one_set(results, name) for name in results.sets]
+    return "\n\n".join(parts), values(results)
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" + " ---: |" * (len(head) - 1)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def columns(results: Results, methods: tuple[str, ...], cells: list[Cell], measure: str) -> list[str]:
+    """One column: mean and half interval, bold for the best and what can't be told from it."""
+    _, factor, higher, digits = MEASURES[measure]
+    over = {m: results.mean(m, cells, measure) for m in methods}
+    judged = {m: v for m, v in over.items() if v is not None}
+    if not judged:
+        return ["" for _ in methods]
+    best = (max if higher else min)(judged.values(), key=lambda v: v.mean())
+    out = []
+    for value in over.values():
+        if value is None:
+            out.append("")
+            continue
+        mean, half = mean_and_half(factor * value)
+        text = f"{mean:.{digits}f} ± {half:.{digits}f}"
+        tied = value is best or verdict(value, best, higher) == "="
+        out.append(f"**{text}**" if tied else text)
+    return out
+
+
+def overview(results: Results, sets: list[str], measure: str) -> str:
+    """A row for each method, a column for each condition, and the mean rank over sets, sizes, conditions."""
+    methods = results.methods_of(sets)
+    title, _, higher, _ = MEASURES[measure]
+    cells = {c: results.cells(sets, results.sizes, c) for c in CONDITIONS}
+    held = {c: columns(results, methods, found, measure) for c, found in cells.items() if found}
+    every = [cell for found in cells.values() for cell in found]
+    means = [[results.at(m, cell, measure) for m in methods] for cell in every]
+    full = np.array(
+        [[v.mean() for v in row if v is not None] for row in means if all(v is not None for v in row)]
+    )
+    ranks = mean_ranks(full if higher else -full)
+    rows = [[m, *[held[c][i] for c in held], f"{ranks[i]:.1f}"] for i, m in enumerate(methods)]
+    return f"{title}\n\n" + table(["", *held, "mean rank"], rows)
+
+
+def by_size(results: Results, sets: list[str]) -> str:
+    """Accuracy and Brier score of complete test cases by training cases per class."""
+    methods = results.methods_of(sets)
+    wanted = [(measure, size) for measure in ("accuracy", "brier") for size in results.sizes]
+    held = [columns(results, methods, results.cells(sets, [s], CONDITIONS[0]), m) for m, s in wanted]
+    head = ["", *[f"{'accuracy, %' if m == 'accuracy' else 'Brier'}: {s}" for m, s in wanted]]
+    rows = [[m, *[column[i] for column in held]] for i, m in enumerate(methods)]
+    return "By training cases per class, complete test cases\n\n" + table(head, rows)
+
+
+def duels(results: Results, sets: list[str]) -> str:
+    """How often trained conductivity is better, not distinguishable, worse than each other method."""
+    rows = []
+    for other in (m for m in results.methods_of(sets) if m != OURS):
+        row = [other]
+        for measure, condition in [(m, c) for m in ("accuracy", "brier") for c in CONDITIONS]:
+            cells = results.cells(sets, results.sizes, condition)
+            if not cells:
+                continue
+            found = [duel(results, other, cell, measure) for cell in cells]
+            row.append(" / ".join(str(found.count(sign)) for sign in "+=-"))
+        rows.append(row)
+    there = [c for c in CONDITIONS if results.cells(sets, results.sizes, c)]
+    head = ["", *[f"{m}: {c}" for m in ("accuracy", "Brier") for c in there]]
+    said = f"Sets and sizes where {OURS} is better / not distinguishable / worse (paired over seeds, 95 %)"
+    return f"{said}\n\n" + table(head, rows)
+
+
+def duel(results: Results, other: str, cell: Cell, measure: str) -> str:
+    mine, theirs = results.at(OURS, cell, measure), results.at(other, cell, measure)
+    if mine is None or theirs is None:
+        return ""
+    return verdict(mine, theirs, MEASURES[measure][2])
+
+
+def times(results: Results) -> str:
+    """Median and largest time to fit, and median time to predict one case."""
+    rows = []
+    for method in results.methods:
+        fit, predict = (np.array(v) for v in zip(*results.times[method], strict=True))
+        figures = (1e3 * np.median(fit), 1e3 * fit.max(), np.median(predict))
+        rows.append([method, *[f"{v:.4g}" for v in figures]])
+    head = ["", "fit, ms, median", "fit, ms, most", "predict one case, us, median"]
+    return "## Time, one core\n\n" + table(head, rows)
+
+
+def one_set(results: Results, name: str) -> str:
+    """Accuracy by size, and under every other condition with all training cases; Brier, calibration."""
+    methods = results.methods_of([name])
+    largest = results.sizes[-1]
+    wanted = [("accuracy", s, CONDITIONS[0]) for s in results.sizes]
+    wanted += [("accuracy", largest, c) for c in CONDITIONS[1:]]
+    wanted += [("brier", largest, CONDITIONS[0]), ("calibration", largest, CONDITIONS[0])]
+    head, held = [""], []
+    for measure, size, condition in wanted:
+        cells = results.cells([name], [size], condition)
+        if cells:
+            held.append(columns(results, methods, cells, measure))
+            short = {"accuracy": "", "brier": "Brier, ", "calibration": "ECE %, "}[measure]
+            head.append(short + (size if condition == CONDITIONS[0] else f"{size}, {condition}"))
+    rows = [[m, *[column[i] for column in held]] for i, m in enumerate(methods)]
+    return f"### {name}\n\n" + table(head, rows)
+
+
+def values(results: Results) -> list[dict[str, Any]]:
+    """Mean and half width of the 95 % interval of every method, cell and measure."""
+    out = []
+    for method, cell in results.by_seed:
+        for measure in MEASURES:
+            found = results.at(method, cell, measure)
+            if found is not None:
+                mean, half = mean_and_half(found)
+                place = dict(zip(("set", "size", "condition"), cell, strict=True))
+                out.append({"method": method, **place, "measure": measure, "mean": mean, "half": half})
+    return out
+
+
+def draw(records: list[Record], path: Path) -> None:
+    """Accuracy over coverage, the least confident cases rejected first; means over sets, sizes and seeds."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    results = Results(records)
+    kinds = {
+        "public sets": [t for t in results.sets if t not in OWN],
+        "own evidence": [t for t in results.sets if t in OWN],
+    }
+    kinds = {k: v for k, v in kinds.items() if v}
+    shown = [CONDITIONS[0], *CONDITIONS[2:]]
+    figure, axes = plt.subplots(
+        len(kinds), 3, figsize=(12, 3.8 * len(kinds)), squeeze=False, layout="constrained"
+    )
+    colours = plt.get_cmap("tab20").colors
+    for row, (kind, sets) in zip(axes, kinds.items(), strict=True):
+        for ax, condition in zip(row, shown, strict=True):
+            cells = results.cells(sets, results.sizes, condition)
+            for i, method in enumerate(results.methods):
+                curve = results.mean(method, cells, "curve")
+                if curve is not None:
+                    ours = method.startswith("conductivity")
+                    style = {"lw": 2.2 if ours else 1.2, "ls": "-" if ours else "--"}
+                    ax.plot(
+                        100 * COVERAGES,
+                        100 * curve.mean(axis=0),
+                        color=colours[2 * i % 20],
+                        label=method,
+                        **style,
+                    )
+            ax.set(title=f"{kind}, {condition}", xlabel="cases decided, %", ylabel="of these right, %")
+            ax.grid(alpha=0.3)
+    lines: dict[str, Any] = {}
+    for ax in axes.flat:
+        lines.update({label: line for line, label in zip(*ax.get_legend_handles_labels(), strict=True)})
+    names = [m for m in results.methods if m in lines]
+    figure.legend([lines[m] for m in names], names, loc="outside lower center", ncols=4, frameon=False)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
