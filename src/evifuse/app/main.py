@@ -1,4 +1,4 @@
-"""The command line: ``evifuse demo | fuse | shape | touch | simulate | reproduce | knowledge``.
+"""The command line: ``evifuse demo | fuse | shape | touch | simulate | reproduce | readings | knowledge``.
 
 Only what parses the command line is imported here; each command imports what it needs.
 """
@@ -169,6 +169,35 @@ def reproduce(*, json: Json = False) -> None:
     from evifuse.app.commands import run_reproduce
 
     run_reproduce(json)
+
+
+@app.command
+def readings(
+    *,
+    knowledge: Annotated[
+        str | None,
+        Parameter(help="Classes: a built-in name or a YAML file of your own; all built-in ones without it."),
+    ] = None,
+    evidence: Annotated[
+        Path | None,
+        Parameter(help="Parquet file of mass functions with a column `label`: which reading suits it?"),
+    ] = None,
+    sweep: Annotated[
+        bool, Parameter(negative="", help="Also try thousands of combinations of choices.")
+    ] = False,
+    seed: int = 0,
+    json: Json = False,
+) -> None:
+    """Compare readings of appendix A on the published figures, or on labelled evidence.
+
+    Parameters
+    ----------
+    seed
+        Seed of the split of the evidence: one half to choose on, the other to judge on.
+    """
+    from evifuse.app.readings import run_readings
+
+    run_readings(knowledge, evidence, sweep, seed, json)
 
 
 @app.command
