@@ -1,5 +1,8 @@
 """The evidential classifier of appendix A: how well a knowledge base conducts evidence."""
 
+from importlib import import_module
+from typing import Any
+
 from evifuse.conductivity.aggregate import (
     Aggregate,
     AggregateProperties,
@@ -29,10 +32,12 @@ from evifuse.conductivity.entropy import (
     within_set_entropy,
 )
 from evifuse.conductivity.reading import READINGS, Reading
+from evifuse.conductivity.train import TRAINED_READINGS, TrainingReport, Trial, train, train_report
 
 __all__ = [
     "BRANCHES",
     "READINGS",
+    "TRAINED_READINGS",
     "Aggregate",
     "AggregateProperties",
     "Classification",
@@ -40,6 +45,8 @@ __all__ = [
     "KnowledgeBase",
     "PrototypeExplanation",
     "Reading",
+    "TrainingReport",
+    "Trial",
     "aggregate_properties",
     "belief_entropy",
     "capacity",
@@ -55,5 +62,14 @@ __all__ = [
     "normalised_belief",
     "projection",
     "similarity",
+    "train",
+    "train_report",
     "within_set_entropy",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the estimator when it is asked for: it needs scikit-learn, so it is not part of ``import *``."""
+    if name == "ConductivityClassifier":
+        return import_module("evifuse.conductivity.estimator").ConductivityClassifier
+    raise AttributeError(f"module 'evifuse.conductivity' has no attribute {name!r}")
