@@ -1,4 +1,4 @@
-"""The command line: ``evifuse demo | fuse | shape | touch | simulate | reproduce | readings | knowledge``.
+"""The command line: ``evifuse demo``, ``fuse``, ``shape``, ``touch`` and the others, one function each.
 
 Only what parses the command line is imported here; each command imports what it needs.
 """
@@ -164,6 +164,40 @@ def simulate(
 
 
 @app.command
+def classify(
+    masses: Path,
+    /,
+    *,
+    knowledge: Annotated[
+        str, Parameter(help="Classes: a built-in knowledge base by name, or a YAML file of your own.")
+    ],
+    out: Annotated[Path, Parameter(name=["--out", "-o"], help="Parquet file to write.")],
+    reading: Annotated[
+        str | None,
+        Parameter(help="How the formulas are read: sound, printed or working, instead of the KB's own."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        Parameter(help="Where to compute: local, local:N processes, or tcp://host:port of a Dask scheduler."),
+    ] = None,
+    rows_per_part: Annotated[
+        int, Parameter(help="Rows that are computed together; a kill costs at most so many per worker.")
+    ] = 1 << 20,
+    json: Json = False,
+) -> None:
+    """Classify every row of a Parquet file of masses; after a kill the same command goes on.
+
+    Parameters
+    ----------
+    masses
+        What evifuse.belief.to_parquet writes: a row for each case.
+    """
+    from evifuse.app.stream import run_classify
+
+    run_classify(masses, out, knowledge, reading, scheduler, rows_per_part, json)
+
+
+@app.command
 def reproduce(*, json: Json = False) -> None:
     """Print every published figure of the chapter beside the computed one."""
     from evifuse.app.commands import run_reproduce
@@ -264,8 +298,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     except OSError as e:
         where = f"{e.filename}: " if e.filename else ""
         return _complain(f"{where}{e.strerror or e}", 2)
-    except KeyboardInterrupt:
-        return _complain("stopped", 130)
+    except KeyboardInterrupt as e:
+        return _complain(str(e) or "stopped", 130)
     except MemoryError:
         return _complain("not enough memory for this input", 2)
     except Exception as e:  # the last door: a user gets a line, not a traceback
