@@ -1,25 +1,26 @@
 """What a knowledge base and known focal sets compile to: a few small matrices.
 
 With the focal sets known, similarities and best matches are known. Write ``b`` for the masses, ``v`` for
-``b`` followed by the means of tied best matches (linear in ``b``), and ``l = log v``. Then each divergence to a
-prototype is ``const + A v + B l + C (v l)``, and the inner entropy of the evidence is of the same form less
+``b`` followed by the means of tied best matches (linear in ``b``), and ``l = log v``. Then each divergence to
+a prototype is ``const + A v + B l + C (v l)``, and the inner entropy of the evidence is of the same form less
 the bilinear ``b' W l`` of its focal divergence. Appendix A.1 to A.6; the arrangement is our own.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import log as natural_log
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.belief import MassFunction
+from evifuse.belief import Frame, MassFunction
 from evifuse.conductivity.entropy import TIE, core_entropy, similarity
 from evifuse.conductivity.reading import Reading
 
-__all__ = ["Matrices", "matrices_for"]
+__all__ = ["Matrices", "Parts", "Pattern", "matrices_for"]
 
 Array = NDArray[np.float64]
+Pattern = tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,3 +131,60 @@ class _Terms:
         for row, value in self.constants.items():
             constants[row] = value
         return weights.reshape(prototypes + 1, -1), constants
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What does not depend on the masses. Arrays have a row for each of the P prototypes.
+
+    Parameters
+    ----------
+    frame : Frame
+        Frame of evidence and prototypes.
+    prototypes : tuple of MassFunction
+        The prototypes.
+    reading : Reading
+        How the formulas are read.
+    met : ndarray of int64, shape (F',)
+        Focal sets as they meet the prototypes: under a nominal commitment the frame comes last.
+    whole : ndarray of bool, shape (F,)
+        Which focal set of the evidence is the frame.
+    inner : ndarray of float64, shape (P, 1)
+        Inner entropies of the prototypes.
+    top : ndarray of float64, shape (P, 1)
+        Dimensions of their aggregates: the branch points.
+    capacity : ndarray of float64, shape (P, 1)
+        Capacities of their aggregates.
+    members : ndarray of bool, shape (C, P)
+        Which prototype belongs to which class.
+    """
+
+    frame: Frame
+    prototypes: tuple[MassFunction, ...]
+    reading: Reading
+    met: NDArray[np.int64]
+    whole: NDArray[np.bool_]
+    inner: Array
+    top: Array
+    capacity: Array
+    members: NDArray[np.bool_]
+    _made: dict[Pattern, Matrices] = field(default_factory=dict[Pattern, Matrices])
+
+    def matrices(self, pattern: Pattern) -> Matrices:
+        """Matrices for the cases in which just these of the met focal sets carry mass.
+
+        Parameters
+        ----------
+        pattern : tuple of bool
+            One for each met focal set.
+
+        Returns
+        -------
+        Matrices
+            Made once and remembered.
+        """
+        if pattern not in self._made:
+            sets = self.met[np.array(pattern)]
+            like = MassFunction.trusted(self.frame, sets, np.full(len(sets), 1.0 / len(sets)))
+            self._made[pattern] = matrices_for(like, self.prototypes, self.reading)
+        return self._made[pattern]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from evifuse.belief import Frame, MassFunction
 from evifuse.belief.frame import Subset
-from evifuse.conductivity._batch import Parts, run
+from evifuse.conductivity._batch import run
+from evifuse.conductivity._matrices import Parts
 from evifuse.conductivity.aggregate import AggregateProperties, KnowledgeBase
 from evifuse.conductivity.classify import prepared
 from evifuse.conductivity.entropy import similarity
