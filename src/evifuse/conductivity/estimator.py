@@ -16,7 +16,7 @@ from evifuse.conductivity.classify import normalised_belief
 from evifuse.conductivity.compiled import compile  # noqa: A004
 from evifuse.conductivity.reading import Reading
 from evifuse.conductivity.sources import Source, cross_fitted, learn_source
-from evifuse.conductivity.train import train
+from evifuse.conductivity.train import LAYERS, train
 from evifuse.errors import MissingExtraError
 
 try:
@@ -136,7 +136,7 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
             base = train(
                 told,
                 names[codes],
-                reading=self.reading,
+                reading=LAYERS if self.reading is None else self.reading,
                 max_prototypes=self.max_prototypes,
                 seed=seed,
                 name=f"source {i + 1}",

@@ -3,7 +3,7 @@
 The chapter says no more than that. The clusters, the residual and the choice by cross-validation are our own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from evifuse.belief import MassFunction
 from evifuse.conductivity.aggregate import Aggregate, KnowledgeBase
-from evifuse.conductivity.clusters import prototypes_of, weighed
+from evifuse.conductivity.clusters import Met, clustered, divergences, meet
 from evifuse.conductivity.compiled import compile  # noqa: A004
+from evifuse.conductivity.entropy import inner_entropy, ratio
 from evifuse.conductivity.reading import READINGS, Reading
 from evifuse.errors import InputError, MassError
 
@@ -29,10 +30,14 @@ SURE = 1e-3
 _SOUND = replace(READINGS["sound"], pooling="max", keep_ignorance=True)
 _WORKING = replace(READINGS["working"], negligible=0.0)
 
+LAYERS: dict[str, Reading] = {
+    f"layers-{n}": replace(_WORKING, sharpness=float(n)) for n in (4, 8, 16, 32, 64, 128, 256, 512, 1024)
+}
+
 TRAINED_READINGS: dict[str, Reading] = {
     "sound": replace(READINGS["sound"], pooling="mean", keep_ignorance=True),
     "smooth": replace(_SOUND, smoothing=0.1),
-    **{f"layers-{n}": replace(_WORKING, sharpness=float(n)) for n in (4, 8, 16, 32, 64, 128, 256, 512)},
+    **LAYERS,
 }
 """Readings that training tries if none is given: pooled so that more prototypes are no advantage."""
 
@@ -86,7 +91,7 @@ def train(
     evidence: MassFunction,
     labels: Sequence[Any] | NDArray[Any],
     *,
-    reading: Reading | None = None,
+    reading: Reading | Mapping[str, Reading] | None = None,
     max_prototypes: int = 3,
     seed: int = 0,
     name: str = "trained",
@@ -132,7 +137,7 @@ def train(
     >>> seen = MassFunction(frame, ["round", "flat", frame], [[0.6, 0.1, 0.3], [0.8, 0.1, 0.1], [0, 1, 0]])
     >>> base = train(seen, ["ball", "ball", "tile"], reading=READINGS["sound"], max_prototypes=1)
     >>> base.aggregates[0].prototypes["ball_1"]
-    MassFunction(round: 0.4667, frame: 0.4666, flat: 0.0667)
+    MassFunction(frame: 0.4667, round: 0.4666, flat: 0.0667)
     """
     return train_report(
         evidence, labels, reading=reading, max_prototypes=max_prototypes, seed=seed, name=name
@@ -143,7 +148,7 @@ def train_report(
     evidence: MassFunction,
     labels: Sequence[Any] | NDArray[Any],
     *,
-    reading: Reading | None = None,
+    reading: Reading | Mapping[str, Reading] | None = None,
     max_prototypes: int = 3,
     seed: int = 0,
     name: str = "trained",
@@ -179,13 +184,18 @@ def train_report(
     """
     classes, codes = _checked(evidence, labels, max_prototypes)
     y = evidence.to("shared")
-    candidates = TRAINED_READINGS if reading is None else {"given": reading}
+    candidates = TRAINED_READINGS if reading is None else reading
+    if isinstance(candidates, Reading):
+        candidates = {"given": candidates}
     sizes = np.bincount(codes)
     trials = _choose(y, codes, classes, candidates, max_prototypes, seed)
     best = next((t for t in trials if t.chosen), None)
-    chosen = candidates[best.reading] if best else reading or TRAINED_READINGS["layers-8"]
+    chosen = candidates[best.reading] if best else next(iter(candidates.values()))
     counts = best.prototypes if best else (1,) * len(classes)
-    knowledge = _made(y, codes, classes, [(n,) for n in counts], chosen, seed, name)
+    met = meet(y, chosen)
+    learned = [found[0] for found in _learned(met, codes, [(n,) for n in counts], seed)]
+    source = f"learned from {len(codes)} cases, seed {seed}"
+    knowledge = _knowledge(met, classes, learned, chosen, name, source)
     return TrainingReport(knowledge, dict(zip(classes, sizes.tolist(), strict=True)), tuple(trials))
 
 
@@ -249,33 +259,33 @@ def folds_of(codes: Codes, count: int, seed: int) -> Codes:
     return out
 
 
-def _made(
-    y: MassFunction,
-    codes: Codes,
-    classes: Sequence[str],
-    counts: Sequence[Sequence[int]],
-    reading: Reading,
-    seed: int,
-    name: str,
+def _learned(met: Met, codes: Codes, counts: Sequence[Sequence[int]], seed: int) -> list[list[Array]]:
+    """Prototypes of each class, for each of the numbers of prototypes that are asked for."""
+    out: list[list[Array]] = []
+    for k, wanted in enumerate(counts):
+        mine = met.take(np.flatnonzero(codes == k))
+        out.append([clustered(mine, count, np.random.default_rng([seed, k])) for count in wanted])
+    return out
+
+
+def _knowledge(
+    met: Met, classes: Sequence[str], learned: Sequence[Array], reading: Reading, name: str, source: str
 ) -> KnowledgeBase:
-    """A knowledge base with, for each class, an aggregate for each number of prototypes."""
-    met, weights = weighed(y, reading)
-    aggregates: list[Aggregate] = []
-    for k, label in enumerate(classes):
-        mine = codes == k
-        for count in counts[k]:
-            found = prototypes_of(met[mine], weights[mine], count, reading, np.random.default_rng([seed, k]))
-            named = {f"{label}_{i + 1}": x for i, x in enumerate(found)}
-            aggregates.append(Aggregate(label if len(counts[k]) == 1 else f"{label}#{count}", named))
-    source = f"learned from {len(codes)} cases, seed {seed}"
-    return KnowledgeBase(name, y.frame, tuple(aggregates), reading, source)
+    aggregates = [
+        Aggregate(
+            label,
+            {f"{label}_{i + 1}": MassFunction(met.frame, met.focal_sets, x) for i, x in enumerate(found)},
+        )
+        for label, found in zip(classes, learned, strict=True)
+    ]
+    return KnowledgeBase(name, met.frame, tuple(aggregates), reading, source)
 
 
 def _choose(
     y: MassFunction,
     codes: Codes,
     classes: Sequence[str],
-    candidates: dict[str, Reading],
+    candidates: Mapping[str, Reading],
     most: int,
     seed: int,
 ) -> list[Trial]:
@@ -286,11 +296,11 @@ def _choose(
     if not held.any() or len(classes) < 2:
         return []
     tried = [range(1, max(1, min(most, int(n) - 1)) + 1) for n in sizes]
-    rehearsal = _Rehearsal(y, codes, classes, fold_of, tried, seed)
+    rehearsal = _Rehearsal(y, codes, fold_of, tried, seed)
     trials: list[Trial] = []
     for name, reading in candidates.items():
         into = rehearsal.conductivities(reading)
-        known = weighed(y, reading)[1] if reading.keep_ignorance else np.ones(len(codes))
+        known = rehearsal.met(reading).weights if reading.keep_ignorance else np.ones(len(codes))
         trials += _grow(name, into[held], known[held], codes[held], tried)
     best = min(range(len(trials)), key=lambda i: trials[i].log_loss)
     trials[best] = replace(trials[best], chosen=True)
@@ -298,59 +308,75 @@ def _choose(
 
 
 class _Rehearsal:
-    """Conductivities of held-out cases, without clustering twice where only the last steps of A.8 differ."""
+    """Conductivities of held-out cases, without learning twice where only the last steps of A.8 differ."""
 
     def __init__(
-        self,
-        y: MassFunction,
-        codes: Codes,
-        classes: Sequence[str],
-        fold_of: Codes,
-        tried: Sequence[range],
-        seed: int,
+        self, y: MassFunction, codes: Codes, fold_of: Codes, tried: Sequence[range], seed: int
     ) -> None:
-        self.y, self.codes, self.classes, self.tried, self.seed = y, codes, classes, tried, seed
+        self.y, self.codes, self.tried, self.seed = y, codes, tried, seed
         self.folds = [fold_of == fold for fold in range(int(fold_of.max()) + 1)]
-        self.bases: dict[Reading, list[KnowledgeBase]] = {}
+        self.mets: dict[Reading, Met] = {}
+        self.learned: dict[Reading, list[list[list[Array]]]] = {}
         self.found: dict[Reading, Array] = {}
+
+    def met(self, reading: Reading) -> Met:
+        """Evidence as it meets prototypes; it depends on few choices of a reading."""
+        key = replace(Reading(), **{name: getattr(reading, name) for name in _SHAPING})
+        if key not in self.mets:
+            met = self.mets[key] = meet(self.y, key)
+            self.learned[key] = [
+                _learned(met.take(np.flatnonzero(~out)), self.codes[~out], self.tried, self.seed)
+                for out in self.folds
+            ]
+        return self.mets[key]
 
     def conductivities(self, reading: Reading) -> Array:
         """Of every case into every class with 1, 2, ... prototypes, shape (N, C, most)."""
-        once = replace(reading, sharpness=1.0)
         if reading.projection or reading.pooling != "max":
-            return self.conducted(reading)
-        if once not in self.found:  # the largest dimension stays the largest when all are sharpened
-            self.found[once] = self.conducted(once)
-        committed = weighed(self.y, reading)[1][:, None, None]
-        some = np.where(committed > 0, committed, 1.0)
-        return committed * (self.found[once] / some) ** reading.sharpness
+            return self.by_the_book(reading)
+        met = self.met(reading)
+        if met.reading not in self.found:  # the largest dimension stays the largest when all are sharpened
+            self.found[met.reading] = self.nearest(met)
+        sigma = self.found[met.reading] ** reading.sharpness
+        return sigma if reading.commitment is None else met.weights[:, None, None] * sigma
 
-    def conducted(self, reading: Reading) -> Array:
-        out = np.zeros((len(self.codes), len(self.classes), max(t[-1] for t in self.tried)))
-        for chosen, base in zip(self.folds, self.clustered(reading), strict=True):
-            found = compile(replace(base, reading=reading), self.y.focal_sets).conductivities(
-                self.y.masses[chosen]
-            )
-            at = 0
-            for k, counts in enumerate(self.tried):
-                for count in counts:
-                    out[chosen, k, count - 1] = found[:, at]
-                    at += 1
+    def nearest(self, met: Met) -> Array:
+        """Interaction dimension with the nearest prototype of every class."""
+        out = np.zeros((len(self.codes), len(self.tried), max(t[-1] for t in self.tried)))
+        for chosen, learned in zip(self.folds, self.learned[met.reading], strict=True):
+            part = met.take(np.flatnonzero(chosen))
+            for k, choices in enumerate(learned):
+                for i, found in enumerate(choices):
+                    x = MassFunction.trusted(met.frame, met.focal_sets, found)
+                    both = part.inner[:, None] + inner_entropy(x, met.reading)
+                    out[chosen, k, i] = ratio(both, both + divergences(part, found)).max(axis=1)
         return out
 
-    def clustered(self, reading: Reading) -> list[KnowledgeBase]:
-        """Prototypes from the cases outside each fold; they depend on the divergence only."""
-        key = replace(READINGS["sound"], **{name: getattr(reading, name) for name in _SHAPING})
-        if key not in self.bases:
-            self.bases[key] = [
-                _made(self.y[~out], self.codes[~out], self.classes, self.tried, key, self.seed, "held out")
-                for out in self.folds
-            ]
-        return self.bases[key]
+    def by_the_book(self, reading: Reading) -> Array:
+        """The same with all of A.8: every choice is an aggregate of its own."""
+        met = self.met(reading)
+        out = np.zeros((len(self.codes), len(self.tried), max(t[-1] for t in self.tried)))
+        places = [(k, i) for k, counts in enumerate(self.tried) for i in range(len(counts))]
+        for chosen, learned in zip(self.folds, self.learned[met.reading], strict=True):
+            names = [f"{k}#{i}" for k, i in places]
+            base = _knowledge(met, names, [learned[k][i] for k, i in places], reading, "", "")
+            found = compile(base, self.y.focal_sets).conductivities(self.y.masses[chosen])
+            for at, (k, i) in enumerate(places):
+                out[chosen, k, i] = found[:, at]
+        return out
 
 
-_SHAPING = ("log_base", "similarity_offset", "divergence", "ties", "commitment", "negligible")
-"""The choices of a reading that prototypes depend on."""
+_SHAPING = (
+    "entropy_sign",
+    "log_base",
+    "similarity_offset",
+    "divergence",
+    "ties",
+    "pairs_within",
+    "commitment",
+    "negligible",
+)
+"""The choices of a reading that interaction dimensions depend on."""
 
 
 def _grow(name: str, into: Array, known: Array, truth: Codes, tried: Sequence[range]) -> list[Trial]:
