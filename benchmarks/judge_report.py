@@ -175,7 +175,7 @@ def times(results: Results) -> str:
         figures = (1e3 * np.median(fit), 1e3 * fit.max(), np.median(predict))
         rows.append([method, *[f"{v:.4g}" for v in figures]])
     head = ["", "fit, ms, median", "fit, ms, most", "predict one case, us, median"]
-    return "## Time, one core\n\n" + table(head, rows)
+    return "## Processor time, one thread\n\n" + table(head, rows)
 
 
 def one_set(results: Results, name: str) -> str:
