@@ -1,8 +1,8 @@
 """Labelled evidence of the project's own senses, as Parquet files to train and judge classifiers on.
 
-- `shapes.parquet`: what the shape sensor says about human drawings (Hand-drawn Shapes Dataset, (c) 2022 F. Robert,
-  CC BY 4.0), with the person who drew each, so that a split can keep people apart. Every drawing is seen once,
-  under one of four conditions: clean, a quarter or 40 % erased, noise of 60 grey levels.
+- `shapes.parquet`: what the shape sensor says about human drawings (Hand-drawn Shapes Dataset, (c) 2022
+  Francois Robert, CC BY 4.0), with the person who drew each, so that a split can keep people apart. Every
+  drawing is seen once, under one of four conditions: clean, a quarter or 40 % erased, noise of 60 grey levels.
 - `curvature.parquet`: what touch says about simulated surfaces: seven kinds, many sizes, strong noise, one to
   four rolling directions. Labels quasiplanar, curved, occluded.
 - `objects-shape.parquet` and `objects-touch.parquet`: what both senses say about the same simulated body,

@@ -143,28 +143,27 @@ def by_size(results: Results, sets: list[str]) -> str:
 
 
 def duels(results: Results, sets: list[str]) -> str:
-    """How often trained conductivity is better, not distinguishable, worse than each other method."""
-    rows = []
-    for other in (m for m in results.methods_of(sets) if m != OURS):
-        row = [other]
-        for measure, condition in [(m, c) for m in ("accuracy", "brier") for c in CONDITIONS]:
-            cells = results.cells(sets, results.sizes, condition)
-            if not cells:
-                continue
-            found = [duel(results, other, cell, measure) for cell in cells]
-            row.append(" / ".join(str(found.count(sign)) for sign in "+=-"))
-        rows.append(row)
-    there = [c for c in CONDITIONS if results.cells(sets, results.sizes, c)]
-    head = ["", *[f"{m}: {c}" for m in ("accuracy", "Brier") for c in there]]
-    said = f"Sets and sizes where {OURS} is better / not distinguishable / worse (paired over seeds, 95 %)"
-    return f"{said}\n\n" + table(head, rows)
+    """By how much trained conductivity differs from each other method, and how often for certain."""
+    others = [m for m in results.methods_of(sets) if m != OURS]
+    parts = []
+    for measure in ("accuracy", "brier"):
+        held = {c: found for c in CONDITIONS if (found := results.cells(sets, results.sizes, c))}
+        rows = [[m, *[duel(results, m, found, measure) for found in held.values()]] for m in others]
+        said = {"accuracy": "accuracy, points (higher is better)", "brier": "Brier score (lower is better)"}
+        parts.append(f"{OURS.capitalize()} minus the other: {said[measure]}\n\n" + table(["", *held], rows))
+    return "\n\n".join(parts)
 
 
-def duel(results: Results, other: str, cell: Cell, measure: str) -> str:
-    mine, theirs = results.at(OURS, cell, measure), results.at(other, cell, measure)
-    if mine is None or theirs is None:
+def duel(results: Results, other: str, cells: list[Cell], measure: str) -> str:
+    """Mean difference over the same seeds with its interval; in how many cells better, equal, worse."""
+    _, factor, higher, digits = MEASURES[measure]
+    pairs = [(results.at(OURS, cell, measure), results.at(other, cell, measure)) for cell in cells]
+    found = [(mine, theirs) for mine, theirs in pairs if mine is not None and theirs is not None]
+    if not found:
         return ""
-    return verdict(mine, theirs, MEASURES[measure][2])
+    mean, half = mean_and_half(factor * np.mean([mine - theirs for mine, theirs in found], axis=0))
+    signs = [verdict(mine, theirs, higher) for mine, theirs in found]
+    return f"{mean:+.{digits}f} ± {half:.{digits}f} ({' / '.join(str(signs.count(s)) for s in '+=-')})"
 
 
 def times(results: Results) -> str:
