@@ -2,7 +2,7 @@
 
 - `shapes.parquet`: what the shape sensor says about human drawings (Hand-drawn Shapes Dataset, (c) 2022
   Francois Robert, CC BY 4.0), with the person who drew each, so that a split can keep people apart. Every
-  drawing is seen once, under one of four conditions: clean, a quarter or 40 % erased, noise of 60 grey levels.
+  drawing is seen once, under one of four conditions: clean, a quarter or 40 % erased, noise of 60 levels.
 - `curvature.parquet`: what touch says about simulated surfaces: seven kinds, many sizes, strong noise, one to
   four rolling directions. Labels quasiplanar, curved, occluded.
 - `objects-shape.parquet` and `objects-touch.parquet`: what both senses say about the same simulated body,

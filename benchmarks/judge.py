@@ -29,6 +29,7 @@ from rich.progress import Progress
 from threadpoolctl import threadpool_limits
 
 Record = dict[str, Any]
+MARK = "<!-- What follows is written by benchmarks/judge.py --tables -->"
 
 
 def cells(table: Table, seeds: int, sizes: tuple[str, ...]) -> Iterator[tuple[str, int, Split]]:
@@ -80,10 +81,9 @@ def read_records(path: Path, forget: set[str]) -> dict[tuple[str, int, str], Rec
     return found
 
 
-def judge(options: argparse.Namespace) -> list[Record]:
+def judge(options: argparse.Namespace, chosen: list[Table]) -> list[Record]:
     """Judge everything that has not been judged yet."""
     options.out.mkdir(parents=True, exist_ok=True)
-    chosen = [t for t in tables(options.evidence) if options.only is None or t.name in options.only]
     sizes = ("5", "all") if options.quick else SIZES
     units = options.unit or list(UNITS)
     records: list[Record] = []
@@ -114,6 +114,12 @@ def judge(options: argparse.Namespace) -> list[Record]:
     return records
 
 
+def write_below(path: Path, text: str) -> None:
+    """Replace what stands below the mark, or the whole file if there is no mark."""
+    above, mark, _ = path.read_text().partition(MARK) if path.exists() else ("", "", "")
+    path.write_text(f"{above}{mark}\n\n{text}\n" if mark else f"{text}\n")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -126,19 +132,20 @@ def main() -> None:
     parser.add_argument("--again", action="append", default=[], choices=UNITS, help="forget a unit's results")
     parser.add_argument("--unit", action="append", choices=UNITS, help="judge this unit of methods only")
     parser.add_argument("--json", type=Path, help="write every mean and interval here")
-    parser.add_argument("--tables", type=Path, help="write the tables as Markdown here")
+    parser.add_argument("--tables", type=Path, help="write the tables here, as Markdown, below the mark")
     parser.add_argument("--figure", type=Path, help="draw the rejection curves here")
     parser.add_argument("--silent", action="store_true", help="no progress bar")
     options = parser.parse_args()
     if options.quick:
         options.seeds = min(options.seeds, 2)
     warnings.filterwarnings("ignore", message=".*least populated class.*")
+    chosen = [t for t in tables(options.evidence) if options.only is None or t.name in options.only]
     with threadpool_limits(1):  # times are of one thread
-        records = judge(options)
-    text, figures = report(records)
+        records = judge(options, chosen)
+    text, figures = report(records, chosen)
     print(text)
     if options.tables:
-        options.tables.write_text(text + "\n")
+        write_below(options.tables, text)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1))
     if options.figure:

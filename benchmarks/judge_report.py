@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from judge_data import CONDITIONS, OWN, SIZES
+from judge_data import CONDITIONS, OWN, SIZES, Table
 from judge_measures import COVERAGES, mean_and_half, mean_ranks, verdict
 from numpy.typing import NDArray
 
@@ -72,23 +72,31 @@ class Results:
         return tuple(m for m in self.methods if any(k == m and c[0] in names for k, c in self.by_seed))
 
 
-def report(records: list[Record]) -> tuple[str, list[dict[str, Any]]]:
+def report(records: list[Record], sets: list[Table]) -> tuple[str, list[dict[str, Any]]]:
     """All tables as Markdown, and every mean and interval as plain values."""
     results = Results(records)
-    parts: list[str] = []
+    parts = [data(sets)]
     own = [t for t in results.sets if t in OWN]
-    for title, sets in (("public sets", [t for t in results.sets if t not in OWN]), ("own evidence", own)):
-        if not sets:
-            continue
-        names = ", ".join(sets)
-        parts.append(f"## All {title} together\n\nMeans over {names} and over all training sizes.")
-        parts += [overview(results, sets, measure) for measure in MEASURES]
-        parts.append(by_size(results, sets))
-        parts.append(duels(results, sets))
+    public = [t for t in results.sets if t not in OWN]
+    for title, among in (("public sets", public), ("own evidence", own)):
+        if among:
+            said = f"Means over {', '.join(among)} and over training sizes {', '.join(results.sizes)}."
+            parts.append(f"## All {title} together\n\n{said}")
+            parts += [overview(results, among, measure) for measure in MEASURES]
+            parts += [by_size(results, among), duels(results, among)]
     parts.append(times(results))
     parts.append("## Set by set")
     parts += [one_set(results, name) for name in results.sets]
     return "\n\n".join(parts), values(results)
+
+
+def data(sets: list[Table]) -> str:
+    """What was judged on."""
+    rows = []
+    for t in sets:
+        sources = ", ".join(f"{name} ({len(columns)})" for name, columns in t.sources.items())
+        rows.append([t.name, t.origin, str(len(t.labels)), str(len(np.unique(t.labels))), sources])
+    return "## Data\n\n" + table(["", "origin", "cases", "classes", "sources (features)"], rows)
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
