@@ -20,6 +20,7 @@ app = App(
     name="evifuse",
     version=__version__,
     help_format="plaintext",  # markdown would double the time of --help
+    suppress_keyboard_interrupt=False,  # main says what was stopped
     help="Say what a surface is from a picture and a rolled finger, how sure that is, and why.",
 )
 OUTPUT = Group("Output")

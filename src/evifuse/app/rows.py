@@ -203,28 +203,24 @@ def open_rows(path: Path) -> MassRows:
     """
     pa = pyarrow()
     try:
+        path.open("rb").close()
+    except OSError as error:
+        raise BeliefError(f"{path}: can't be read: {error.strerror or error}") from None
+    try:
         with pa.parquet.ParquetFile(path) as file:
             schema, footer = file.schema_arrow, file.metadata
         identity = _identity(path)
     except (pa.ArrowException, OSError) as error:
-        if isinstance(error, OSError) and error.strerror:
-            raise BeliefError(f"{path}: can't be read: {error.strerror}") from None
         raise BeliefError(f"{path}: this is not Parquet, or was cut off: {one_line(error)}") from None
     header = parse_header(str(path), (schema.metadata or {}).get(b"evifuse", b"null"))
     if "masses" not in schema.names:
         raise BeliefError(f"{path}: there is no column 'masses'")
     sets = _check(path, header, schema.field("masses").type, footer.num_rows)
-    others = [field for field in schema if field.name not in ("masses", "focal_sets")]
-    plain = [
-        f.with_type(f.type.value_type)
-        if hasattr(f.type, "value_type") and hasattr(f.type, "index_type")
-        else f
-        for f in others
-    ]
+    is_dictionary = pa.types.is_dictionary
+    carried = [f.with_type(f.type.value_type) if is_dictionary(f.type) else f for f in schema]
+    others = pa.schema([f for f in carried if f.name != "masses"])
     groups = np.cumsum([0, *(footer.row_group(i).num_rows for i in range(footer.num_row_groups))])
-    return MassRows(
-        path, header.frame, sets, header.shape[:-1], footer.num_rows, pa.schema(plain), groups, identity
-    )
+    return MassRows(path, header.frame, sets, header.shape[:-1], footer.num_rows, others, groups, identity)
 
 
 def _check(path: Path, header: Header, kind: Any, count: int) -> NDArray[np.int64]:
