@@ -24,6 +24,7 @@ from evifuse.conductivity.sweep import (
     Outcome,
     differences,
     grid,
+    single_changes,
     try_reading,
 )
 from evifuse.errors import EvifuseError, KnowledgeError, MissingExtraError, UsageError
@@ -169,6 +170,15 @@ def _swept(readings: list[Reading], published: Iterable[Example]) -> dict[str, A
     }
 
 
+def _candidates() -> list[Reading]:
+    """What is tried on labelled evidence: our choices, and each of the print's alone.
+
+    ``members`` and ``pairs_between`` only move the branch point and are left as they are.
+    """
+    ours = {k: v for k, v in OUR_CHOICES.items() if k not in ("members", "pairs_between")}
+    return list(dict.fromkeys([*single_changes(PRINT_CHOICES), *grid(ours)]))
+
+
 def _judged(one: Judged) -> dict[str, Any]:
     return {
         "name": one.name,
@@ -184,11 +194,11 @@ def _judged(one: Judged) -> dict[str, Any]:
 def _labelled(base: KnowledgeBase, name: str, path: Path, sweep: bool, seed: int) -> dict[str, Any]:
     evidence, labels = read_labelled(path)
     readings = named_readings(base.reading)
-    every = {differences(r): r for r in grid(PRINT_CHOICES) + grid(OUR_CHOICES)} if sweep else {}
+    every = {differences(r): r for r in _candidates() if r not in readings.values()} if sweep else {}
     try:
         if sweep:
             best = shortlist(evidence, labels, base, every, seed=seed, progress=_bar("readings"))
-            readings = {**readings, **{k: r for k, r in best.items() if r not in readings.values()}}
+            readings |= {k: r for k, r in best.items() if r not in readings.values()}
         choice = choose_reading(evidence, labels, base, readings, seed=seed, progress=_bar("candidates"))
         found = diagnose(evidence, base, choice.best.reading)
     except EvifuseError as error:
@@ -202,6 +212,6 @@ def _labelled(base: KnowledgeBase, name: str, path: Path, sweep: bool, seed: int
         "held_out": choice.held_out,
         "commonest": choice.commonest,
         "chosen": choice.best.name,
-        "judged": [_judged(j) for j in choice.judged],
+        "judged": [{**_judged(j), "swept": j.name in every} for j in choice.judged],
         "diagnosis": found.to_json(),
     }

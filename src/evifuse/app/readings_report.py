@@ -106,7 +106,7 @@ def _judged(found: Mapping[str, Any], console: Console) -> None:
     for one in found["judged"]:
         low, high = one["interval"]
         table.add_row(
-            one["name"] if one["name"] != one["differs"] else "(sweep)",
+            "(sweep)" if one["swept"] else one["name"],
             f"{one['chosen_on']:.3f}",
             f"{one['accuracy']:.3f}",
             f"{low:.3f} to {high:.3f}",

@@ -148,7 +148,7 @@ def shortlist(
     readings: Mapping[str, Reading],
     *,
     keep: int = 10,
-    sample: int = 500,
+    sample: int = 200,
     seed: int = 0,
     progress: Progress = lambda names: names,
 ) -> dict[str, Reading]:
@@ -248,13 +248,13 @@ def _judge(
 
 def _conducted(evidence: MassFunction, knowledge: KnowledgeBase, reading: Reading) -> tuple[Array, Array]:
     """Conductivities and belief; readings that leave sets infinitely far apart can't be compiled."""
-    try:
-        fast = compile_knowledge(knowledge, evidence.focal_sets, reading)
-        return fast.conductivities(evidence.masses), fast.belief(evidence.masses)
-    except KnowledgeError:
-        with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # some readings divide by zero: such figures count as undecided
+        try:
+            fast = compile_knowledge(knowledge, evidence.focal_sets, reading)
+            return fast.conductivities(evidence.masses), fast.belief(evidence.masses)
+        except KnowledgeError:
             found = classify(evidence, knowledge, reading)
-        return found.conductivities, found.belief.masses
+            return found.conductivities, found.belief.masses
 
 
 def _mean(values: Array | NDArray[np.bool_]) -> float:

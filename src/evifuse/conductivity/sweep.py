@@ -24,6 +24,7 @@ __all__ = [
     "differences",
     "grid",
     "same_order",
+    "single_changes",
     "try_reading",
 ]
 
@@ -80,6 +81,29 @@ def grid(choices: Mapping[str, Sequence[Any]]) -> list[Reading]:
         reading = replace(sound, **dict(zip(choices, values, strict=True)))
         found.setdefault(_effective(reading, sound))
     return list(found)
+
+
+def single_changes(choices: Mapping[str, Sequence[Any]]) -> list[Reading]:
+    """The sound reading with one choice changed at a time.
+
+    Parameters
+    ----------
+    choices : mapping of str to sequence
+        Values to try by field of `Reading`.
+
+    Returns
+    -------
+    list of Reading
+        All different, the sound one first.
+
+    Examples
+    --------
+    >>> len(single_changes({"ties": ("mean", "first"), "pairs_within": (1, 2)}))
+    3
+    """
+    sound = READINGS["sound"]
+    changed = [replace(sound, **{name: value}) for name, values in choices.items() for value in values]
+    return list(dict.fromkeys([sound, *changed]))
 
 
 def _effective(reading: Reading, sound: Reading) -> Reading:
