@@ -20,7 +20,8 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 VENV = ROOT / ".venv-peers"
-PEERS = ["torchbelief", "evidencelib", "evtools-dst", "pybelief", "py-dempster-shafer", "ecolaf"]
+PEERS = ["torchbelief", "evidencelib", "evtools-dst", "pybelief", "py-dempster-shafer", "ecolaf", "jax"]
+OWN = ["numpy", "numba", "pyyaml", "array-api-compat"]
 TORCH = os.environ.get("EVIFUSE_TORCH", "torch==2.13.0")
 Work = Callable[[], Any]
 
@@ -29,13 +30,14 @@ def in_own_environment() -> None:
     """Start again in the peers' environment, made on first use."""
     python = VENV / "bin" / "python"
     ready = VENV / ".ready"
-    if not ready.exists():
+    wanted = " ".join([TORCH, *OWN, *PEERS])
+    if not ready.exists() or ready.read_text() != wanted:
         print(f"setting up {VENV} (once) ...", file=sys.stderr)
         subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
         pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-        subprocess.run([*pip, TORCH, "numpy", "numba", *PEERS], check=True)
+        subprocess.run([*pip, TORCH, *OWN, *PEERS], check=True)
         subprocess.run([*pip, "--no-deps", "--editable", str(ROOT)], check=True)
-        ready.touch()
+        ready.write_text(wanted)
     if Path(sys.prefix).resolve() != VENV.resolve():
         os.execv(str(python), [str(python), *sys.argv])
 

@@ -10,7 +10,7 @@ from evifuse.conductivity._matrices import Parts, Pattern
 from evifuse.conductivity.classify import BRANCH_TOLERANCE
 from evifuse.errors import MassError
 
-__all__ = ["Batch", "Wanted", "bad_row"]
+__all__ = ["Batch", "Wanted", "bad_row", "spans"]
 
 CHUNK = 1 << 13
 """Columns that go through the matrices together: on a processor they stay in the cache of one core."""
@@ -38,6 +38,24 @@ def bad_row(row: int, masses: Any) -> MassError:
     """
     listed = ", ".join(f"{float(v):.6g}" for v in masses)
     return MassError(f"row {row}: masses must be numbers from 0 that sum to 1, not {listed}")
+
+
+def spans(count: int, size: int) -> list[tuple[int, int]]:
+    """Start and end of pieces of at most ``size``; an empty batch is one empty piece.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+    size : int
+        Largest piece.
+
+    Returns
+    -------
+    list of (int, int)
+        In order.
+    """
+    return [(at, min(at + size, count)) for at in range(0, max(count, 1), size)]
 
 
 class Batch:
@@ -128,8 +146,7 @@ class Batch:
         xp, count = self.xp, b.shape[1]
         size = CHUNK if self.on_processor else max(count, 1)
         pieces = [
-            self.finished(pattern, b[:, at : at + size], committed[at : at + size])
-            for at in range(0, max(count, 1), size)
+            self.finished(pattern, b[:, at:end], committed[at:end]) for at, end in spans(count, size)
         ]
         return xp.permute_dims(pieces[0] if len(pieces) == 1 else xp.concat(pieces, axis=1), (1, 0))
 
@@ -180,6 +197,7 @@ class Batch:
             return dims
         seen = dims * self.capacity
         if width > 0:
+            seen = xp.minimum(seen, self.top + width)
             strong = _left(xp, dims, self.top, width)
             return strong * dims + (1.0 - strong) * _left(xp, seen, self.top, width) * seen
         weak = xp.where(seen <= self.top, seen, xp.zeros_like(seen))

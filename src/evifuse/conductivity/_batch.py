@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.belief.mass import TOLERANCE
-from evifuse.conductivity._arrays import Batch, Wanted, bad_row
+from evifuse.conductivity._arrays import Batch, Wanted, bad_row, spans
 from evifuse.conductivity._matrices import Parts
 from evifuse.errors import MassError
 
@@ -65,7 +65,8 @@ def run(parts: Parts, masses: Any, wanted: Wanted) -> Any:
     batch = Batch(parts, xp, values.dtype, device(values), wanted)
     flat = xp.reshape(values, (-1, values.shape[-1]))
     size = BLOCK if batch.on_processor else DEVICE_BLOCK
-    out = [batch.block(flat[at : at + size], at) for at in range(0, max(len(flat), 1), size)]
+    pieces = spans(flat.shape[0], size)
+    out = [batch.block(flat[at:end, :], at) for at, end in pieces]
     joined = out[0] if len(out) == 1 else xp.concat(out, axis=0)
     return xp.reshape(joined, (*values.shape[:-1], joined.shape[-1]))
 

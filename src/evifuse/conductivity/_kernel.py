@@ -194,6 +194,7 @@ def _branches(acc: Any, n: int, top: Any, capacity: Any, width: float) -> None:
             dim = acc[j, t]
             seen = dim * capacity[j]
             if width > 0.0:
+                seen = min(seen, top[j] + width)
                 strong = _left(dim, top[j], width)
                 acc[j, t] = strong * dim + (1.0 - strong) * _left(seen, top[j], width) * seen
             else:

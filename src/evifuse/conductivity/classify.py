@@ -241,6 +241,7 @@ def _smooth(
         return 1.0 - t * t * (3.0 - 2.0 * t)
 
     strong = left(dims)
+    seen = np.minimum(seen, top + width)  # beyond, nothing is left: a capacity may be infinite
     return strong * dims + (1.0 - strong) * left(seen) * seen
 
 

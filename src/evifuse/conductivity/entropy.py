@@ -61,7 +61,8 @@ def ratio(part: Array, whole: Array) -> Array:
         The quotient.
     """
     part, whole = np.broadcast_arrays(np.asarray(part, float), np.asarray(whole, float))
-    return np.where(whole == 0, 1.0, part / np.where(whole == 0, 1.0, whole))
+    with np.errstate(invalid="ignore"):  # both infinite: sets that the reading puts infinitely far apart
+        return np.where(whole == 0, 1.0, part / np.where(whole == 0, 1.0, whole))
 
 
 def similarity(frame: Frame, a: NDArray[np.int64], b: NDArray[np.int64], reading: Reading) -> Array:
