@@ -172,6 +172,18 @@ def test_a_sweep_of_labelled_evidence(run: Run, tmp_path: Path) -> None:
     assert len(set(differs)) == len(differs)
 
 
+def test_groups_stay_together(run: Run, tmp_path: Path) -> None:
+    file = write(tmp_path / "e.parquet", right_labels())
+    table = parquet.read_table(file)
+    drawn_by = pyarrow.array(["anna"] * 15 + ["ben"] * 20 + ["cleo"] * 25)
+    parquet.write_table(table.append_column("group", drawn_by), file)
+    code, out, _ = run("--knowledge", "shape", "--evidence", file, "--json")
+    found = json.loads(out)
+    assert (code, found["groups"]) == (0, 3)
+    assert sorted((found["choosing"], found["held_out"])) in ([25, 35], [20, 40], [15, 45])
+    assert "3 whole groups" in run("--knowledge", "shape", "--evidence", file)[1]
+
+
 def test_labels_of_other_kinds_are_read(run: Run, tmp_path: Path) -> None:
     labels = pyarrow.array(right_labels()).dictionary_encode()
     assert run("--knowledge", "shape", "--evidence", write(tmp_path / "d.parquet", labels))[0] == 0

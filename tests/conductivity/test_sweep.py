@@ -145,6 +145,22 @@ def test_halves_share_every_class(truth: list[int], seed: int) -> None:
     assert (again[0] == first).all()
 
 
+@given(st.lists(st.sampled_from("abcdefg"), min_size=2, max_size=60), st.integers(0, 9))
+def test_a_group_is_not_parted(groups: list[str], seed: int) -> None:
+    truth = np.arange(len(groups)) % 3
+    if len(set(groups)) == 1:
+        with pytest.raises(KnowledgeError, match="can't be split"):
+            halves(truth, seed, groups)
+        return
+    first, second = halves(truth, seed, groups)
+    assert sorted([*first, *second]) == list(range(len(groups)))
+    assert len(first)
+    assert len(second)
+    if len(set(groups)) < len(groups):
+        assert not {groups[i] for i in first} & {groups[i] for i in second}
+        assert abs(len(first) - len(second)) <= max(groups.count(g) for g in groups)
+
+
 def choose(count: int = 90, **options: object) -> Choice:
     evidence, labels = labelled(count)
     return choose_reading(evidence, labels, KNOWLEDGE, READINGS, **options)  # type: ignore[arg-type]

@@ -33,13 +33,13 @@ from evifuse.knowledge import BUILT_IN, load_knowledge
 __all__ = ["read_labelled", "run_readings"]
 
 
-def read_labelled(path: Path) -> tuple[MassFunction, list[str]]:
+def read_labelled(path: Path) -> tuple[MassFunction, list[str], list[str] | None]:
     """Evidence with the class of each case, from a Parquet file as ``to_parquet`` writes it.
 
     Parameters
     ----------
     path : Path
-        File with a column ``label`` beside the masses.
+        File with a column ``label`` beside the masses and, if cases belong together, a column ``group``.
 
     Returns
     -------
@@ -47,6 +47,8 @@ def read_labelled(path: Path) -> tuple[MassFunction, list[str]]:
         Batch of shape (N,).
     list of str
         The N labels.
+    list of str or None
+        The N groups, if there are any.
 
     Raises
     ------
@@ -62,13 +64,16 @@ def read_labelled(path: Path) -> tuple[MassFunction, list[str]]:
         from pyarrow import parquet
     except ImportError as error:
         raise MissingExtraError("Parquet files need pyarrow: pip install 'evifuse[parquet]'") from error
-    if "label" not in parquet.read_schema(path).names:
+    there = [name for name in ("label", "group") if name in parquet.read_schema(path).names]
+    if "label" not in there:
         raise KnowledgeError(f"{path}: there is no column 'label' with the class of each case")
-    labels = parquet.read_table(path, columns=["label"]).column("label").to_pylist()
-    for i, label in enumerate(labels):
-        if label is None:
-            raise KnowledgeError(f"{path}: row {i} of 'label' is empty")
-    return evidence, [str(label) for label in labels]
+    table = parquet.read_table(path, columns=there)
+    columns = {name: table.column(name).to_pylist() for name in there}
+    for name, values in columns.items():
+        if None in values:
+            raise KnowledgeError(f"{path}: row {values.index(None)} of {name!r} is empty")
+    groups = [str(v) for v in columns["group"]] if "group" in there else None
+    return evidence, [str(v) for v in columns["label"]], groups
 
 
 def run_readings(knowledge: str | None, evidence: Path | None, sweep: bool, seed: int, as_json: bool) -> None:
@@ -192,14 +197,18 @@ def _judged(one: Judged) -> dict[str, Any]:
 
 
 def _labelled(base: KnowledgeBase, name: str, path: Path, sweep: bool, seed: int) -> dict[str, Any]:
-    evidence, labels = read_labelled(path)
+    evidence, labels, groups = read_labelled(path)
     readings = named_readings(base.reading)
     every = {differences(r): r for r in _candidates() if r not in readings.values()} if sweep else {}
     try:
         if sweep:
-            best = shortlist(evidence, labels, base, every, seed=seed, progress=_bar("readings"))
+            best = shortlist(
+                evidence, labels, base, every, groups=groups, seed=seed, progress=_bar("readings")
+            )
             readings |= {k: r for k, r in best.items() if r not in readings.values()}
-        choice = choose_reading(evidence, labels, base, readings, seed=seed, progress=_bar("candidates"))
+        choice = choose_reading(
+            evidence, labels, base, readings, groups=groups, seed=seed, progress=_bar("candidates")
+        )
         found = diagnose(evidence, base, choice.best.reading)
     except EvifuseError as error:
         raise type(error)(f"{path}: {error}") from None
@@ -207,6 +216,7 @@ def _labelled(base: KnowledgeBase, name: str, path: Path, sweep: bool, seed: int
         "knowledge": name,
         "evidence": str(path),
         "seed": seed,
+        "groups": None if groups is None else len(set(groups)),
         "swept": len(every),
         "choosing": choice.choosing,
         "held_out": choice.held_out,

@@ -91,9 +91,10 @@ def _sweep(swept: Mapping[str, Any], console: Console) -> None:
 
 def _judged(found: Mapping[str, Any], console: Console) -> None:
     swept = f", after a sweep of {found['swept']}" if found["swept"] else ""
+    whole = f", {found['groups']} whole groups" if found["groups"] else ""
     table = _table(
         f"Readings of {found['knowledge']} on {found['evidence']}: chosen on {found['choosing']} cases, "
-        f"judged on the other {found['held_out']} (seed {found['seed']}{swept})",
+        f"judged on the other {found['held_out']} (seed {found['seed']}{whole}{swept})",
         "reading",
         "choosing",
         "held out",

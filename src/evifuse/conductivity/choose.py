@@ -92,6 +92,7 @@ def choose_reading(
     knowledge: KnowledgeBase,
     readings: Mapping[str, Reading],
     *,
+    groups: Sequence[str] | None = None,
     seed: int = 0,
     progress: Progress = lambda names: names,
 ) -> Choice:
@@ -107,8 +108,10 @@ def choose_reading(
         The classes and their prototypes.
     readings : mapping of str to Reading
         What to choose from. Equal accuracy is settled by the Brier score, then by order.
+    groups : sequence of str, optional
+        Group of each case; a group is not parted between the halves.
     seed : int
-        Of the split, which keeps the share of each class.
+        Of the split, which keeps the share of each class where there are no groups.
     progress : callable, optional
         Takes the names of the readings and yields them, so that it can show how far it is.
 
@@ -125,7 +128,7 @@ def choose_reading(
         If the evidence is about a hypothesis that the knowledge base's frame lacks.
     """
     truth = _truth(evidence, labels, knowledge)
-    first, second = halves(truth, seed)
+    first, second = halves(truth, seed, groups)
     met = on_frame(evidence.to("shared"), knowledge.frame)
     results: list[tuple[float, float, Judged]] = []
     for name in progress(list(readings)):
@@ -149,6 +152,7 @@ def shortlist(
     *,
     keep: int = 10,
     sample: int = 200,
+    groups: Sequence[str] | None = None,
     seed: int = 0,
     progress: Progress = lambda names: names,
 ) -> dict[str, Reading]:
@@ -168,6 +172,8 @@ def shortlist(
         How many to keep.
     sample : int
         How many cases to try them on, at most.
+    groups : sequence of str, optional
+        Group of each case, as in `choose_reading`.
     seed : int
         Of the split, the same as in `choose_reading`, and of the sample.
     progress : callable, optional
@@ -186,7 +192,7 @@ def shortlist(
         If the evidence is about a hypothesis that the knowledge base's frame lacks.
     """
     truth = _truth(evidence, labels, knowledge)
-    first, _ = halves(truth, seed)
+    first, _ = halves(truth, seed, groups)
     some = np.sort(np.random.default_rng(seed).permutation(first)[:sample])
     met = on_frame(evidence.to("shared"), knowledge.frame)[some]
     scores: list[tuple[float, float, str]] = []
@@ -196,8 +202,8 @@ def shortlist(
     return {name: readings[name] for _, _, name in sorted(scores, key=lambda s: s[:2])[:keep]}
 
 
-def halves(truth: Rows, seed: int) -> tuple[Rows, Rows]:
-    """Two random halves of the cases with as even a share of each class as there can be.
+def halves(truth: Rows, seed: int, groups: Sequence[str] | None = None) -> tuple[Rows, Rows]:
+    """Two random halves of the cases, with as even a share of each class, or with whole groups.
 
     Parameters
     ----------
@@ -205,17 +211,35 @@ def halves(truth: Rows, seed: int) -> tuple[Rows, Rows]:
         Class of each case.
     seed : int
         Of the random numbers.
+    groups : sequence of str, optional
+        Group of each case, for example who drew it: a group is not parted, and classes are as they come.
 
     Returns
     -------
     ndarray of int64
-        Cases of the first half, in order; it has the odd case.
+        Cases of the first half, in order; without groups it has the odd case.
     ndarray of int64
         Cases of the second half, in order.
+
+    Raises
+    ------
+    KnowledgeError
+        If there is only one group.
     """
-    shuffled = np.random.default_rng(seed).permutation(len(truth))
-    by_class = shuffled[np.argsort(truth[shuffled], kind="stable")]
-    return np.sort(by_class[0::2]), np.sort(by_class[1::2])
+    rng = np.random.default_rng(seed)
+    if groups is None or len(set(groups)) == len(groups):
+        shuffled = rng.permutation(len(truth))
+        by_class = shuffled[np.argsort(truth[shuffled], kind="stable")]
+        return np.sort(by_class[0::2]), np.sort(by_class[1::2])
+    names, which = np.unique(np.array(groups), return_inverse=True)
+    if len(names) < 2:
+        raise KnowledgeError(f"all cases are of the group {names[0]!s}: a group can't be split")
+    sizes = np.bincount(which)
+    in_first, counts = np.zeros(len(names), dtype=np.bool_), [0, 0]
+    for group in rng.permutation(len(names)):
+        in_first[group] = counts[0] <= counts[1]
+        counts[0 if in_first[group] else 1] += int(sizes[group])
+    return np.flatnonzero(in_first[which]), np.flatnonzero(~in_first[which])
 
 
 def _truth(evidence: MassFunction, labels: Sequence[str], knowledge: KnowledgeBase) -> Rows:
