@@ -192,6 +192,7 @@ def test_many_focal_sets_with_zeros(count, monkeypatch):
 
 @pytest.mark.parametrize("library", ["array_api_strict", "torch", "jax.numpy"])
 @pytest.mark.parametrize("reading", ["sound", "working"])
+@pytest.mark.usefixtures("engine")
 def test_other_array_libraries_give_the_same(library, reading):
     xp = pytest.importorskip(library)
     knowledge = load_knowledge("chapter-curvature")

@@ -1,5 +1,6 @@
 """Batches of masses through a compiled knowledge base: which way they go."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -60,8 +61,10 @@ def run(parts: Parts, masses: Any, wanted: Wanted) -> Any:
         )
     if not xp.isdtype(values.dtype, "real floating"):
         values = xp.astype(values, xp.float64)
-    if isinstance(values, np.ndarray) and values.size >= LARGE and len(parts.met) <= WIDEST:
-        return _large(parts, values, wanted)
+    shared = _as_numpy(values) if len(parts.met) <= WIDEST else None
+    if shared is not None:
+        found = _large(parts, shared, wanted)
+        return found if isinstance(values, np.ndarray) else xp.from_dlpack(found)
     batch = Batch(parts, xp, values.dtype, device(values), wanted)
     flat = xp.reshape(values, (-1, values.shape[-1]))
     size = BLOCK if batch.on_processor else DEVICE_BLOCK
@@ -69,6 +72,19 @@ def run(parts: Parts, masses: Any, wanted: Wanted) -> Any:
     out = [batch.block(flat[at:end, :], at) for at, end in pieces]
     joined = out[0] if len(out) == 1 else xp.concat(out, axis=0)
     return xp.reshape(joined, (*values.shape[:-1], joined.shape[-1]))
+
+
+def _as_numpy(values: Any) -> NDArray[Any] | None:
+    """The same memory as a NumPy array, if the batch is large and the kernel may have it."""
+    if math.prod(values.shape) < LARGE:
+        return None
+    if isinstance(values, np.ndarray):
+        return values
+    try:
+        shared = np.from_dlpack(values)
+    except (BufferError, RuntimeError, TypeError, ValueError):  # on an accelerator, or with a gradient
+        return None
+    return shared if shared.dtype == np.float64 else None
 
 
 def _large(parts: Parts, masses: NDArray[Any], wanted: Wanted) -> Array:
