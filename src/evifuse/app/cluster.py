@@ -1,11 +1,12 @@
 """Parts computed by the workers of a Dask cluster, which read their own rows and write their own parts."""
 
 import logging
-import os
 import re
+import signal
 import uuid
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import Any
 
 from evifuse.app.job import Job, classify_part, prepared
@@ -105,18 +106,32 @@ def _client(scheduler: str) -> Generator[Any]:
         match = re.fullmatch(r"local(?::([1-9]\d{0,3}))?", scheduler)
         if not match:
             raise UsageError(f"--scheduler {scheduler}: expected local, local:N or tcp://host:port")
-        with (
-            distributed.LocalCluster(
-                n_workers=int(match[1]) if match[1] else len(os.sched_getaffinity(0)),
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,  # pyright: ignore[reportArgumentType]
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            distributed.Client(cluster) as client,
-        ):
-            yield client
+        with ExitStack() as stack:
+            with _without_interrupts():
+                cluster = distributed.LocalCluster(
+                    n_workers=int(match[1]) if match[1] else None,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,  # pyright: ignore[reportArgumentType]
+                    memory_limit=0,
+                    silence_logs=logging.CRITICAL,
+                )
+                stack.enter_context(cluster)
+            yield stack.enter_context(distributed.Client(cluster))
+
+
+@contextmanager
+def _without_interrupts() -> Generator[None]:
+    """Threads and processes that begin here never see Ctrl-C: this process does, and stops them in order."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # which would lift the block if it began within it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
