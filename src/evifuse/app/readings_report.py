@@ -81,7 +81,8 @@ def _sweep(swept: Mapping[str, Any], console: Console) -> None:
     )
     table = _table("Nearest to the published figures", "reading", "largest gap", "ranking", "computed")
     table.columns[0].overflow = "fold"
-    for one in [*swept["nearest"], *swept["nearest_ranked"]]:
+    ranked = [one for one in swept["nearest_ranked"] if one not in swept["nearest"]]
+    for one in [*swept["nearest"], *ranked]:
         figures = ", ".join(_number(v) for v in one["computed"])
         table.add_row(
             one["differs"], _number(one["largest_gap"], 3), "yes" if one["ranking"] else "no", figures

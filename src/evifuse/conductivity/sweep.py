@@ -231,7 +231,12 @@ def try_reading(reading: Reading, examples: Iterable[Example]) -> Outcome:
 
 
 def _values(reading: Reading, examples: Iterable[Example]) -> Iterator[tuple[Example, list[float]]]:
+    """Conductivities of each example; NaN where a dimension that they rest on is no number."""
     for example in examples:
-        with np.errstate(all="ignore"):  # some readings divide by zero: their figures are undefined
-            found = classify(example.evidence, example.knowledge, reading).conductivity
-        yield example, [found[label] for label in example.published]
+        with np.errstate(all="ignore"):  # some readings divide by zero
+            found = classify(example.evidence, example.knowledge, reading)
+        spoilt = {label for label, p in found.properties.items() if np.isnan(p.dimension)}
+        missing = np.isnan(found.interaction_dimensions)
+        spoilt |= {label for (label, _), nan in zip(found.prototypes, missing, strict=True) if nan}
+        values = found.conductivity
+        yield example, [float("nan") if label in spoilt else values[label] for label in example.published]
