@@ -1,7 +1,8 @@
 """Conductivity beside its peers: how right, how sure and how fast, on public tables and own evidence.
 
 Every method learns from 5, 20, 100 or all training cases per class and is judged on the same held-out 40 %,
-complete, with 20 % or 50 % of the features missing, and with one source's features permuted between cases.
+complete, with 20 % or 50 % of the features missing, and with each source's features in turn permuted between
+cases.
 Figures are means over seeds with 95 % t intervals; each seed splits the data anew. Results are kept in OUT,
 one JSON line for each set, size, seed and unit of methods: a second call goes on where the first one ended.
 
@@ -54,8 +55,8 @@ def judge_unit(unit: str, size: str, seed: int, short: Split) -> Record:
             started = process_time()
             probabilities = predict(x)
             elapsed += process_time() - started
-            found[condition] = asdict(scores(probabilities, short.truth))
-        cases = len(short.tests) * len(short.truth)
+            found[condition] = asdict(scores(probabilities, np.resize(short.truth, len(x))))
+        cases = sum(map(len, short.tests.values()))
         methods[name] = {"scores": found, "fit_s": fit_s, "predict_us": 1e6 * elapsed / cases}
     return {
         "set": short.table.name,

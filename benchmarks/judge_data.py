@@ -243,12 +243,16 @@ def conditions(table: Table) -> tuple[str, ...]:
 
 
 def changed(table: Table, features: Array, condition: str, seed: int) -> Array:
-    """Test features with some missing at random (NaN, or moved to the frame), or one source permuted."""
+    """Test features with some missing at random (NaN, or moved to the frame), or one source permuted.
+
+    All cases are there once for every source that is permuted.
+    """
     rng = np.random.default_rng([seed, CONDITIONS.index(condition)])
     out = features.copy()
     if condition == "one corrupted":
-        columns = list(table.sources.values())[seed % len(table.sources)]
-        out[:, columns] = features[rng.permutation(len(features))][:, columns]
+        out = np.concatenate([features] * len(table.sources))
+        for part, columns in zip(np.split(out, len(table.sources)), table.sources.values(), strict=True):
+            part[:, columns] = features[rng.permutation(len(features))][:, columns]
     elif condition != "complete":
         gone = rng.random(features.shape) < float(condition.split()[0]) / 100
         if table.masses is None:
