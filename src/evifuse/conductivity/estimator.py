@@ -1,6 +1,6 @@
 """Conductivity as a scikit-learn estimator: features, evidence of each source, prototypes, fused belief.
 
-Needs the extra ``learn``. Sources and their evidence are our own; conductivities of sources are added, as in
+Needs the extra ``learn``. Sources and their evidence are our own; their conductivities are joined after
 section 5 of the chapter.
 """
 
@@ -29,10 +29,41 @@ except ImportError as error:
         "the conductivity classifier for features needs scikit-learn: pip install 'evifuse[learn]'"
     ) from error
 
-__all__ = ["ConductivityClassifier"]
+__all__ = ["AGREEMENT", "ConductivityClassifier", "joined"]
 
 Array = NDArray[np.float64]
 _validate: Any = validate_data
+
+
+AGREEMENT = 50.0
+"""How much more than their sum it counts that sources conduct into the same class."""
+
+
+def joined(names: Sequence[str], shares: Sequence[Array]) -> MassFunction:
+    """Beliefs of several sources, as each one's conductivities gave them, in one.
+
+    Conductivities of sources add up (section 5), like conductors side by side, and what is passed on to both
+    is multiplied (section 5.1), like one behind the other. Our own is to do both: to the sum of the shares
+    ``p_s`` comes each product of several, weighed with ``a`` for each further source:
+    ``(prod_s (1 + a p_s) - 1) / a``. A source that knows nothing changes nothing.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The K classes.
+    shares : sequence of ndarray of float64, shape (N, K)
+        Normalised conductivities of each source; their sum is what the source knows.
+
+    Returns
+    -------
+    MassFunction
+        Batch shape (N,). The frame gets what no source knows.
+    """
+    total, unknown = np.ones_like(shares[0]), np.ones(len(shares[0]))
+    for share in shares:
+        total *= 1.0 + AGREEMENT * share
+        unknown *= np.clip(1.0 - share.sum(axis=1), 0.0, 1.0)
+    return normalised_belief(names, (total - 1.0) / AGREEMENT, unknown)
 
 
 class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore[reportUntypedBaseClass]
@@ -41,7 +72,7 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
     Each source (a group of columns, such as what is seen and what is felt) gives a belief function about the
     class. It is ignorant where its features are missing or unlike all that was learned. Prototypes of each
     class are learned from evidence about cases that the source had not learned from. Conductivities of the
-    sources are added and normalised (section 5).
+    sources are added and normalised (section 5); where sources agree they count for more (our own).
 
     Parameters
     ----------
@@ -131,8 +162,8 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
         self.knowledge_ = []
         names = np.array(self._frame.hypotheses)
         for i, columns in enumerate(self._columns):
-            told = cross_fitted(cases, codes, self._frame, columns, seed)
-            self._learned.append(learn_source(cases, codes, len(self._frame), columns, seed))
+            told, strength = cross_fitted(cases, codes, self._frame, columns, seed)
+            self._learned.append(learn_source(cases, codes, len(self._frame), columns, strength, seed))
             base = train(
                 told,
                 names[codes],
@@ -190,13 +221,11 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
         names = self._frame.hypotheses
         if len(names) == 1:
             return told[0]
-        total, unknown = np.zeros((len(told[0]), len(names))), np.ones(len(told[0]))
+        shares: list[Array] = []
         for said, base in zip(told, self.knowledge_, strict=True):
             place = [base.classes.index(name) for name in names]
-            fast = compile(base, said.focal_sets)
-            total += fast.conductivities(said.masses)[:, place]
-            unknown *= said.masses[:, -1]
-        return normalised_belief(names, total, unknown)
+            shares.append(compile(base, said.focal_sets).belief(said.masses)[:, place])
+        return joined(names, shares)
 
     def predict_proba(self, X: Any) -> Array:
         """Pignistic probability of each class: ignorance is shared equally.

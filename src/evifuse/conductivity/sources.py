@@ -1,7 +1,9 @@
 """What a group of features says about the class of a case: evidence learned from labelled cases.
 
-Our own arrangement. A logistic regression gives probabilities; they are trusted as far as features are
-present and the case is near something that was learned. Needs the extra ``learn``.
+Our own arrangement. A logistic regression gives probabilities. Missing features are taken, in turn, from
+similar training cases, and the answers averaged: what could have been there makes the evidence less sure.
+Probabilities are trusted as far as features are present and the case is near something that was learned.
+Needs the extra ``learn``.
 """
 
 from dataclasses import dataclass
@@ -10,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.belief import Frame, MassFunction
+from evifuse.belief import Frame, MassFunction, pignistic
+from evifuse.belief.mass import singleton_sets
 from evifuse.belief.masses_from import from_probabilities
 from evifuse.conductivity.train import folds_of
 from evifuse.errors import MissingExtraError
@@ -31,9 +34,17 @@ TRUST = 0.99
 """Mass off the frame where all features are present and familiar."""
 
 REMEMBERED = 1000
-"""Training cases that are kept to know what is familiar."""
+"""Training cases that are kept, to know what is familiar and what a missing feature could have been."""
+
+DONORS = 10
+"""Remembered cases that a missing feature is taken from."""
+
+STRENGTHS = (1.0, 10.0)
+"""Inverse penalties of the logistic regression to choose from."""
 
 FOLDS = 5
+ROWS = 2048
+FAR = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +64,8 @@ class Source:
     remembered : ndarray of float64, shape (M, J)
         Standardised training cases, missing features NaN.
     reach : float
-        Mean squared distance per feature from one case to the nearest other that is still usual, in squared
-        standard deviations.
+        Mean squared distance per feature to the nearest remembered case that is still familiar, in squared
+        standard deviations: twice what 95 % of the training cases keep to.
     """
 
     columns: NDArray[np.intp]
@@ -95,45 +106,39 @@ class Source:
             Batch shape (N,), in the layout ``singletons``; all on the frame where every feature is missing.
         """
         z = self.standardised(X)
+        p, trust = np.empty((len(z), len(frame))), np.empty(len(z))
+        for at in range(0, len(z), ROWS):
+            rows = slice(at, at + ROWS)
+            apart = np.nan_to_num(squared_distances(z[rows], self.remembered), nan=np.inf)
+            p[rows] = self._probabilities(z[rows], apart)
+            near = apart.min(axis=1)
+            beyond = np.where(np.isfinite(near), near / self.reach - 1.0, 0.0)
+            lost = np.isnan(z[rows]).mean(axis=1)
+            trust[rows] = TRUST * (1.0 - lost**4) * np.exp(-np.maximum(beyond, 0.0))
+        return from_probabilities(frame, p, reliability=trust)
+
+    def _probabilities(self, z: Array, apart: Array) -> Array:
+        """Probabilities (n, K), averaged over what the missing features could have been."""
+        missing = np.isnan(z)
         logits = np.nan_to_num(z) @ self.weights[:-1] + self.weights[-1]
-        logits -= logits.max(axis=1, keepdims=True)
-        p = np.exp(logits)
-        p /= p.sum(axis=1, keepdims=True)
-        return from_probabilities(frame, p, reliability=TRUST * self.presence(z) * self.familiarity(z))
+        p = _softmax(logits)
+        rows = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
+        if not len(rows):
+            return p
+        count = min(DONORS, apart.shape[1])
+        donors = np.argpartition(apart[rows], count - 1, axis=1)[:, :count]
+        far = np.minimum(np.take_along_axis(apart[rows], donors, axis=1), FAR)
+        nearest = far.min(axis=1, keepdims=True)
+        share = np.exp(-2.0 * (far - nearest) / (nearest + self.reach))
+        lent = np.where(missing[rows][:, None], np.nan_to_num(self.remembered)[donors], 0.0)
+        said = _softmax(logits[rows][:, None] + lent @ self.weights[:-1])
+        p[rows] = (said * (share / share.sum(axis=1, keepdims=True))[..., None]).sum(axis=1)
+        return p
 
-    def presence(self, z: Array) -> Array:
-        """How much of what the features can say is there.
 
-        Parameters
-        ----------
-        z : ndarray of float64, shape (N, J)
-            Standardised cases.
-
-        Returns
-        -------
-        ndarray of float64, shape (N,)
-            0 where nothing is present, 1 where everything is.
-        """
-        says = (self.weights[:-1] ** 2).sum(axis=1) + 1e-12
-        lost = np.isnan(z) @ (says / says.sum())
-        return 1.0 - np.clip(lost, 0.0, 1.0) ** 4
-
-    def familiarity(self, z: Array) -> Array:
-        """How near a case is to something that was learned.
-
-        Parameters
-        ----------
-        z : ndarray of float64, shape (N, J)
-            Standardised cases.
-
-        Returns
-        -------
-        ndarray of float64, shape (N,)
-            1 within the usual reach of a training case, falling to 0 beyond.
-        """
-        near = np.nan_to_num(squared_distances(z, self.remembered), nan=np.inf).min(axis=1)
-        beyond = np.where(np.isfinite(near), near / self.reach - 1.0, 0.0)
-        return np.exp(-np.maximum(beyond, 0.0))
+def _softmax(logits: Array) -> Array:
+    raised = np.exp(logits - logits.max(axis=-1, keepdims=True))
+    return raised / raised.sum(axis=-1, keepdims=True)
 
 
 def squared_distances(a: Array, b: Array) -> Array:
@@ -158,7 +163,9 @@ def squared_distances(a: Array, b: Array) -> Array:
     return np.where(shared > 0, np.maximum(total, 0.0) / np.maximum(shared, 1.0), np.nan)
 
 
-def learn_source(X: Array, codes: Codes, classes: int, columns: NDArray[np.intp], seed: int) -> Source:
+def learn_source(
+    X: Array, codes: Codes, classes: int, columns: NDArray[np.intp], strength: float, seed: int
+) -> Source:
     """Learn what a group of features says.
 
     Parameters
@@ -171,6 +178,8 @@ def learn_source(X: Array, codes: Codes, classes: int, columns: NDArray[np.intp]
         Number of classes K.
     columns : ndarray of int, shape (J,)
         Which features make the source.
+    strength : float
+        Inverse penalty of the logistic regression, positive.
     seed : int
         Seed of the choice of remembered cases.
 
@@ -192,26 +201,27 @@ def learn_source(X: Array, codes: Codes, classes: int, columns: NDArray[np.intp]
     np.fill_diagonal(apart, np.nan)
     nearest = np.nan_to_num(apart, nan=np.inf).min(axis=1)
     usual = nearest[np.isfinite(nearest)]
-    reach = float(np.quantile(usual, 0.95)) if len(usual) else 1.0
-    return Source(
-        columns, means, scales, _weights(np.nan_to_num(z), codes, classes), z[kept], max(reach, 1e-6)
-    )
+    reach = 2.0 * float(np.quantile(usual, 0.95)) if len(usual) else 1.0
+    weights = _weights(np.nan_to_num(z), codes, classes, strength)
+    return Source(columns, means, scales, weights, z[kept], max(reach, 1e-6))
 
 
-def _weights(z: Array, codes: Codes, classes: int) -> Array:
+def _weights(z: Array, codes: Codes, classes: int, strength: float) -> Array:
     """Coefficients and constants of a logistic regression, a column for each class."""
     found = np.unique(codes)
     out = np.zeros((z.shape[1] + 1, classes))
     if len(found) < 2:
         return out
-    model: Any = LogisticRegression(tol=1e-2, max_iter=200).fit(z, codes)
+    model: Any = LogisticRegression(C=strength, tol=1e-2, max_iter=200).fit(z, codes)
     rows = np.concatenate([model.coef_, model.intercept_[:, None]], axis=1).T
     out[-1] = -10.0
     out[:, found] = np.concatenate([-rows, rows], axis=1) / 2 if len(found) == 2 else rows
     return out
 
 
-def cross_fitted(X: Array, codes: Codes, frame: Frame, columns: NDArray[np.intp], seed: int) -> MassFunction:
+def cross_fitted(
+    X: Array, codes: Codes, frame: Frame, columns: NDArray[np.intp], seed: int
+) -> tuple[MassFunction, float]:
     """Evidence about training cases from sources that have not learned from them.
 
     Parameters
@@ -231,20 +241,26 @@ def cross_fitted(X: Array, codes: Codes, frame: Frame, columns: NDArray[np.intp]
     -------
     MassFunction
         Batch shape (N,). The only case of a class can't be held out: its evidence counts half.
+    float
+        Which of ``STRENGTHS`` gave it: the one that found the truth likelier.
     """
     if len(frame) == 1:
-        return MassFunction.vacuous(frame, (len(X),))
+        return MassFunction.vacuous(frame, (len(X),)), STRENGTHS[0]
     fold_of = folds_of(codes, FOLDS, seed)
-    masses = np.zeros((len(X), len(frame) + 1))
-    sets = None
-    for fold in np.unique(fold_of):
-        out = fold_of == fold
-        learn = ~out if fold >= 0 else np.ones(len(X), dtype=bool)
-        said = learn_source(X[learn], codes[learn], len(frame), columns, seed).evidence(X[out], frame)
-        sets = said.focal_sets
-        masses[out] = said.masses
-        if fold < 0:
-            masses[out, :-1] /= 2
-            masses[out, -1] = 1.0 - masses[out, :-1].sum(axis=1)
-    assert sets is not None
-    return MassFunction.trusted(frame, sets, masses, "singletons")
+    best: tuple[float, MassFunction, float] | None = None
+    for strength in STRENGTHS:
+        masses = np.zeros((len(X), len(frame) + 1))
+        for fold in np.unique(fold_of):
+            out = fold_of == fold
+            learn = ~out if fold >= 0 else np.ones(len(X), dtype=bool)
+            source = learn_source(X[learn], codes[learn], len(frame), columns, strength, seed)
+            masses[out] = source.evidence(X[out], frame).masses
+            if fold < 0:
+                masses[out, :-1] /= 2
+                masses[out, -1] = 1.0 - masses[out, :-1].sum(axis=1)
+        told = MassFunction.trusted(frame, singleton_sets(len(frame)), masses, "singletons")
+        loss = -float(np.log(pignistic(told)[np.arange(len(X)), codes] + 1e-6).mean())
+        if best is None or loss < best[0]:
+            best = (loss, told, strength)
+    assert best is not None
+    return best[1], best[2]

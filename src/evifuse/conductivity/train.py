@@ -28,7 +28,7 @@ SURE = 1e-3
 """Share of a probability that is spread over all classes before its logarithm is taken."""
 
 _SOUND = replace(READINGS["sound"], pooling="max", keep_ignorance=True)
-_WORKING = replace(READINGS["working"], negligible=0.0)
+_WORKING = replace(READINGS["working"], negligible=0.0, similarity_offset=1.0)
 
 LAYERS: dict[str, Reading] = {
     f"layers-{n}": replace(_WORKING, sharpness=float(n)) for n in (4, 8, 16, 32, 64, 128, 256, 512, 1024)
