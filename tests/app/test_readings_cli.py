@@ -1,6 +1,7 @@
 """`evifuse readings` as a user meets it: tables, JSON, the files it takes and those it refuses."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from evifuse.app.published import named_readings, published_examples
 from evifuse.app.reproduce import reproduce
 from evifuse.belief import MassFunction
 from evifuse.belief.files import to_parquet
-from evifuse.conductivity import READINGS
+from evifuse.conductivity import READINGS, Reading
 from evifuse.conductivity.sweep import OUR_CHOICES, PRINT_CHOICES, grid, try_reading
 from evifuse.knowledge import built_in_text, load_knowledge
 
@@ -235,6 +236,27 @@ def test_the_examples_are_the_printed_ones() -> None:
     assert shape.published == {"rectangular": 0.48, "triangular": 1.46, "elliptical": 0.0}
     assert curvature.published == {"quasiplanar": 1.3, "curved": 0.0, "occluded": 0.0}
     assert set(READINGS) <= set(named_readings())
+
+
+def test_the_documentation_shows_what_is_printed(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "readings.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    draw, diagnosis = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(draw, "readings.md", "exec"), {})
+    assert (tmp_path / "branch.png").stat().st_size > 10_000
+    exec(compile(diagnosis, "readings.md", "exec"), {})
+    shown = [block.splitlines() for block in re.findall(r"```text\n(.*?)```", text, re.DOTALL)]
+    assert shown[0] == capsys.readouterr().out.splitlines()
+    _, out, _ = run()
+    assert shown[1] == [line.rstrip() for line in out.splitlines()]
+
+
+def test_every_field_of_a_reading_is_documented() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "readings.md").read_text(encoding="utf-8")
+    for name in Reading.__dataclass_fields__:
+        assert f"| `{name}` |" in text, name
 
 
 @pytest.mark.slow
