@@ -207,6 +207,37 @@ def reproduce(*, json: Json = False) -> None:
 
 
 @app.command
+def train(
+    evidence: Path,
+    /,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"], help="YAML file to write.")],
+    labels: Annotated[
+        Path | None,
+        Parameter(help="Text file with a label on each line; a Parquet file may have a column `label`."),
+    ] = None,
+    reading: Annotated[
+        str | None, Parameter(help="How appendix A is read; chosen on held-out cases without it.")
+    ] = None,
+    max_prototypes: Annotated[int, Parameter(help="At most so many prototypes for each class.")] = 3,
+    seed: int = 0,
+    json: Json = False,
+) -> None:
+    """Learn the prototypes of classes from labelled evidence, and write them as a knowledge base.
+
+    Parameters
+    ----------
+    evidence
+        Mass functions as Parquet, CSV or JSON.
+    seed
+        Seed of the folds and of the clusters.
+    """
+    from evifuse.app.training import run_train
+
+    run_train(evidence, out, labels, reading, max_prototypes, seed, json)
+
+
+@app.command
 def readings(
     *,
     knowledge: Annotated[
