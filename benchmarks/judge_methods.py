@@ -142,11 +142,16 @@ def by_product(sources: list[MassFunction]) -> Array:
 
 
 def chapter(split: Split) -> dict[str, Predictor]:
-    """The sound reading: the printed tables for the senses, else one prototype for each class."""
+    """The sound reading: the printed tables for the senses, else one prototype for each class; plain sums."""
     if split.table.masses is not None:
         return {"conductivity chapter": by_tables(split, "chapter-")}
     model = estimator(split, reading=READINGS["sound"], max_prototypes=1)
-    return {"conductivity chapter": model.predict_proba}
+
+    def predict(x: Array) -> Array:
+        told = zip(model.source_evidence(x), model.knowledge_, strict=True)
+        return summed([classify(said, base) for said, base in told], split)
+
+    return {"conductivity chapter": predict}
 
 
 def smooth(split: Split) -> dict[str, Predictor]:
@@ -181,17 +186,25 @@ def evidence_of(split: Split, x: Array) -> dict[str, MassFunction]:
 
 
 def by_training(split: Split, reading: Reading | None) -> Predictor:
-    """A knowledge base learned from each sense's evidence; conductivities add up (section 5.3)."""
+    """A knowledge base learned from each sense's evidence, joined as the estimator joins its sources."""
+    from evifuse.conductivity.estimator import joined
     from evifuse.conductivity.train import train
 
+    names = split.classes.tolist()
     bases = {
-        name: train(m, split.labels.tolist(), reading=reading, seed=split.seed)
+        name: train(m, split.labels.tolist(), reading=reading, max_prototypes=6, seed=split.seed)
         for name, m in evidence_of(split, split.train).items()
     }
-    return lambda x: joined([classify(m, bases[name]) for name, m in evidence_of(split, x).items()], split)
+
+    def predict(x: Array) -> Array:
+        found = [classify(m, bases[name]).belief for name, m in evidence_of(split, x).items()]
+        order = np.array([found[0].frame.mask(name) for name in names])
+        return np.asarray(pignistic(joined(names, [belief.on(order) for belief in found])))
+
+    return predict
 
 
-def joined(found: list[Any], split: Split) -> Array:
+def summed(found: list[Any], split: Split) -> Array:
     """Sum of conductivities, normalised; the frame keeps what no source commits, if the reading keeps it."""
     total = sum(_in_order(c.classes, c.conductivities, split) for c in found)
     ignorance = np.prod([c.belief.on(np.array([c.belief.frame.full]))[:, 0] for c in found], axis=0)
@@ -209,10 +222,10 @@ def by_tables(split: Split, prefix: str) -> Predictor:
     def predict(x: Array) -> Array:
         evidence = evidence_of(split, x)
         if "touch" not in evidence:
-            return joined([classify(evidence["sight"], shape)], split)
+            return summed([classify(evidence["sight"], shape)], split)
         touched = classify(evidence["touch"], curvature)
         if "sight" not in evidence:
-            return joined([touched], split)
+            return summed([touched], split)
         return fused(split, classify(evidence["sight"], shape), touched, evidence, curvature)
 
     return predict
