@@ -4,19 +4,28 @@ import logging
 import re
 import signal
 import uuid
+import warnings
 from collections.abc import Generator, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import islice
 from multiprocessing import resource_tracker
 from typing import Any
 
-from evifuse.app.job import Job, classify_part, prepared
+from evifuse.app.arrow import one_line
+from evifuse.app.job import Job, classify_part, prepared, versions
 from evifuse.app.parts import Parts
-from evifuse.errors import MissingExtraError, UsageError
+from evifuse.errors import EvifuseError, MissingExtraError, UsageError
 
 __all__ = ["compute_on_worker", "on_cluster"]
 
 PATIENCE = 10
 """Seconds to wait for a scheduler, and then for a first worker."""
+
+ABSENCES = 3
+"""How many times so long there may be no worker at all."""
+
+WINDOW = 512
+"""Parts that the scheduler knows of at a time."""
 
 FAILURES = 10
 """Workers that a part may lose before it is given up."""
@@ -51,21 +60,43 @@ def on_cluster(job: Job, todo: list[int], scheduler: str) -> Iterator[int]:
     except ImportError as error:
         raise MissingExtraError("--scheduler needs distributed: pip install 'evifuse[cluster]'") from error
     run = uuid.uuid4().hex
+    waiting, running = iter(todo), dict[Any, int]()
     with _client(scheduler) as client:
-        futures = {
-            client.submit(compute_on_worker, job, index, key=f"evifuse-{run}-{index}", pure=False): index
-            for index in todo
-        }
         try:
-            for future in distributed.as_completed(futures):
-                future.result()
-                yield futures[future]
-                future.release()
+            while True:
+                for index in islice(waiting, WINDOW - len(running)):
+                    key = f"evifuse-{run}-{index}"
+                    running[client.submit(compute_on_worker, job, index, key=key, pure=False)] = index
+                if not running:
+                    return
+                for future in _some_done(client, list(running)):
+                    future.result()
+                    yield running.pop(future)
+        except EvifuseError:
+            raise
         except distributed.KilledWorker as error:
             raise UsageError(
                 f"workers died {FAILURES} times on the same part: "
                 "is their memory too small? A smaller --rows-per-part needs less"
             ) from error
+        except Exception as error:  # not ours: the scheduler died, or a worker has other versions of Dask
+            raise UsageError(
+                f"--scheduler {scheduler}: {type(error).__name__}: {one_line(error)}; "
+                "finished parts are kept for the same command"
+            ) from error
+
+
+def _some_done(client: Any, running: list[Any]) -> set[Any]:
+    """Futures that are done, at least one, unless there is nobody left to do them."""
+    import distributed
+
+    absences = 0
+    while absences < ABSENCES:
+        with suppress(TimeoutError):
+            found: Any = distributed.wait(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
+            return found.done
+        absences = 0 if client.nthreads() else absences + 1
+    raise UsageError("all workers are gone: start some, and the same command goes on")
 
 
 def compute_on_worker(job: Job, index: int) -> None:
@@ -96,9 +127,7 @@ def _client(scheduler: str) -> Generator[Any]:
     import distributed
     from dask.config import set as configured
 
-    quiet = {"distributed.scheduler.allowed-failures": FAILURES, "logging.distributed": "critical"}
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with configured(quiet):
+    with configured({"distributed.scheduler.allowed-failures": FAILURES}), _quietly():
         if scheduler.startswith("tcp://"):
             with _remote(scheduler) as client:
                 yield client
@@ -112,12 +141,27 @@ def _client(scheduler: str) -> Generator[Any]:
                     n_workers=int(match[1]) if match[1] else None,
                     threads_per_worker=1,
                     processes=True,
-                    dashboard_address=None,  # pyright: ignore[reportArgumentType]
+                    dashboard_address="127.0.0.1:0",  # none is shown, but a fixed port may be taken
+                    scheduler_kwargs={"dashboard": False},
                     memory_limit=0,
                     silence_logs=logging.CRITICAL,
                 )
                 stack.enter_context(cluster)
             yield stack.enter_context(distributed.Client(cluster))
+
+
+@contextmanager
+def _quietly() -> Generator[None]:
+    """Nothing is logged of what goes wrong and is put right."""
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    levels = {name: logging.getLogger(name).level for name in names}
+    try:
+        for name in names:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
 
 
 @contextmanager
@@ -139,7 +183,9 @@ def _remote(address: str) -> Generator[Any]:
     import distributed
 
     try:
-        client = distributed.Client(address, timeout=PATIENCE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions: those that matter are checked below
+            client = distributed.Client(address, timeout=PATIENCE)
     except (OSError, TimeoutError, ValueError) as error:
         raise UsageError(f"--scheduler {address}: nobody answers there within {PATIENCE} s") from error
     with client:
@@ -147,4 +193,20 @@ def _remote(address: str) -> Generator[Any]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError as error:
             raise UsageError(f"--scheduler {address}: it has no workers") from error
+        _check_versions(address, client)
         yield client
+
+
+def _check_versions(address: str, client: Any) -> None:
+    """Every worker needs what decides about the bytes, in the same version."""
+
+    def found() -> str:  # goes to the workers by value, because they may lack this module
+        try:
+            from evifuse.app.job import versions
+        except ImportError:
+            return "no evifuse that can classify files"
+        return versions()
+
+    for worker, there in client.run(found).items():
+        if there != versions():
+            raise UsageError(f"--scheduler {address}: the worker {worker} has {there}; it needs {versions()}")

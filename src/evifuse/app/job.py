@@ -1,6 +1,5 @@
 """One part of a file of masses through a knowledge base: the same bytes wherever it is computed."""
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,18 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse._version import __version__
+from evifuse.app.arrow import pyarrow
 from evifuse.app.parts import Parts
-from evifuse.app.rows import MassRows, open_rows, pyarrow
+from evifuse.app.results import RESULTS, knowledge_hash, output_schema, result_columns
+from evifuse.app.rows import MassRows, open_rows
 from evifuse.belief import MassFunction, on_frame
-from evifuse.belief._portable import FORMAT
 from evifuse.conductivity import KnowledgeBase, Reading, normalised_belief
 from evifuse.conductivity.compiled import CompiledClassifier
 from evifuse.conductivity.compiled import compile as compile_knowledge
 from evifuse.errors import BeliefError, FrameError, MassError
 
-__all__ = ["Job", "Worker", "classify_part", "knowledge_hash", "make_job", "prepared"]
-
-RESULTS = ("decision", "conductivities", "masses")
+__all__ = ["Job", "Worker", "classify_part", "make_job", "prepared", "versions"]
 
 T = TypeVar("T")
 
@@ -98,40 +96,25 @@ def make_job(
     Job
         Ready to be sent to workers.
     """
-    versions = [f"{m.__name__} {m.__version__}" for m in (np, pyarrow())]
     made_from = (
         ("input", rows.identity),
-        ("knowledge", knowledge_hash(knowledge)),
+        ("knowledge", f"{knowledge.name} {knowledge_hash(knowledge)}"),
         ("reading", json.dumps(asdict(reading))),
         ("rows per part", str(rows_per_part)),
-        ("versions", ", ".join([f"evifuse {__version__}", *versions])),
+        ("versions", versions()),
     )
     return Job(rows.path.absolute(), folder.absolute(), rows_per_part, reading, knowledge, made_from)
 
 
-def knowledge_hash(knowledge: KnowledgeBase) -> str:
-    """SHA-256 of all that a knowledge base says: frame, attributes, classes and prototypes.
-
-    Parameters
-    ----------
-    knowledge : KnowledgeBase
-        Its title, source and reading do not count.
+def versions() -> str:
+    """Versions of what decides about the bytes.
 
     Returns
     -------
     str
-        64 hexadecimal digits.
+        Of evifuse, NumPy and pyarrow.
     """
-    lists = knowledge.frame.attributes
-    content = {
-        "frame": knowledge.frame.hypotheses,
-        "attributes": None if lists is None else [sorted(own) for own in lists],
-        "classes": [
-            [a.label, [[name, x.focal_sets.tolist(), x.masses.tolist()] for name, x in a.prototypes.items()]]
-            for a in knowledge.aggregates
-        ],
-    }
-    return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+    return f"evifuse {__version__}, NumPy {np.__version__}, pyarrow {pyarrow().__version__}"
 
 
 @dataclass(frozen=True)
@@ -192,34 +175,7 @@ def prepared(job: Job) -> Worker:
         if name in rows.carried.names:
             raise BeliefError(f"{rows.path}: has a column {name!r} already: give it another name")
     classifier = compile_knowledge(base, met, job.reading)
-    return Worker(job, rows, classifier, columns, _schema(job, rows))
-
-
-def _schema(job: Job, rows: MassRows) -> Any:
-    """Carried columns, then the results; the header makes ``masses`` readable by `from_parquet`."""
-    pa = pyarrow()
-    base, count = job.knowledge, len(job.knowledge.classes)
-    width = 1 if count == 1 else count + 1
-    header = {
-        "format": FORMAT,
-        "frame": list(base.classes),
-        "attributes": None,
-        "layout": "singletons",
-        "shape": [*rows.shape, width],
-        "open_world": False,
-    }
-    made_with = {
-        "knowledge": base.name,
-        "sha256": knowledge_hash(base),
-        "reading": asdict(job.reading),
-    }
-    results = [
-        pa.field("decision", pa.dictionary(pa.int32(), pa.string())),
-        pa.field("conductivities", pa.list_(pa.float64(), count)),
-        pa.field("masses", pa.list_(pa.float64(), width)),
-    ]
-    metadata = {"evifuse": json.dumps(header), "evifuse.classify": json.dumps(made_with)}
-    return pa.schema([*rows.carried, *results], metadata=metadata)
+    return Worker(job, rows, classifier, columns, output_schema(rows, job.knowledge, job.reading))
 
 
 def classify_part(worker: Worker, parts: Parts, index: int, progress: Callable[[int], None]) -> None:
@@ -245,15 +201,15 @@ def classify_part(worker: Worker, parts: Parts, index: int, progress: Callable[[
 
     def batches() -> Iterator[Any]:
         for at, masses, carried in _ahead(rows):
-            yield _results(worker, at, masses, carried)
+            yield _classified(worker, at, masses, carried)
             progress(len(masses))
 
     parts.write(index, worker.schema, batches())
 
 
-def _results(worker: Worker, at: int, masses: NDArray[np.float64], carried: list[Any]) -> Any:
+def _classified(worker: Worker, at: int, masses: NDArray[np.float64], carried: list[Any]) -> Any:
     """A batch of the output."""
-    pa, classifier = pyarrow(), worker.classifier
+    classifier = worker.classifier
     given = masses if len(worker.columns) == masses.shape[1] else masses[:, worker.columns]
     try:
         # by columns, because steps along the few classes of a row are slow
@@ -269,29 +225,8 @@ def _results(worker: Worker, at: int, masses: NDArray[np.float64], carried: list
         raise MassError(
             f"{worker.rows.path}: row {row}: this reading gives no valid belief: try another, such as 'sound'"
         )
-    best, highest = _best(conductivities)
-    results = [
-        pa.DictionaryArray.from_arrays(pa.array(best, mask=~(highest > 0)), pa.array(classifier.classes)),
-        _lists(conductivities),
-        _lists(belief),
-    ]
-    return pa.record_batch([*carried, *results], schema=worker.schema)
-
-
-def _best(conductivities: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """The first class with the highest conductivity of each row, and that conductivity."""
-    highest = conductivities[:, 0]
-    best = np.zeros(len(highest), dtype=np.int32)
-    for k in range(1, conductivities.shape[1]):
-        column = conductivities[:, k]
-        best[column > highest] = k
-        highest = np.maximum(highest, column)
-    return best, highest
-
-
-def _lists(values: NDArray[np.float64]) -> Any:
-    pa = pyarrow()
-    return pa.FixedSizeListArray.from_arrays(pa.array(np.ascontiguousarray(values).ravel()), values.shape[1])
+    columns = [*carried, *result_columns(classifier.classes, conductivities, belief)]
+    return pyarrow().record_batch(columns, schema=worker.schema)
 
 
 def _ahead(items: Iterator[T]) -> Iterator[T]:

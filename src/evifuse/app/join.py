@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from evifuse.app.arrow import pyarrow, writing
 from evifuse.app.job import Worker, classify_part
-from evifuse.app.parts import DamagedPartError, Parts, writing
-from evifuse.app.rows import pyarrow
+from evifuse.app.parts import DamagedPartError, Parts
 
 __all__ = ["ROW_GROUP", "Joiner"]
 

@@ -11,10 +11,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from evifuse.app.rows import pyarrow
+from evifuse.app.arrow import pyarrow, writing
 from evifuse.errors import EvifuseError, UsageError
 
-__all__ = ["DamagedPartError", "Parts", "opened_parts", "writing"]
+__all__ = ["DamagedPartError", "Parts", "opened_parts"]
 
 FORMAT = "evifuse classify parts 1"
 MANIFEST = "manifest.json"
@@ -176,31 +176,6 @@ def _checksum(path: Path) -> int:
         while data := file.read(STEP):
             total = zlib.crc32(data, total)
     return total
-
-
-@contextmanager
-def writing(path: Path) -> Generator[None]:
-    """Turn failures to write into one line that names the file.
-
-    Parameters
-    ----------
-    path : Path
-        What is written.
-
-    Yields
-    ------
-    None
-        While it is written.
-
-    Raises
-    ------
-    UsageError
-        If writing fails.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise UsageError(f"{path}: writing failed: {error.strerror or error}") from error
 
 
 @contextmanager

@@ -3,61 +3,25 @@
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.app.arrow import one_line, pyarrow
 from evifuse.belief import Frame, MassFunction
 from evifuse.belief._portable import Header, parse_header
 from evifuse.belief.mass import TOLERANCE
-from evifuse.errors import BeliefError, MissingExtraError
+from evifuse.errors import BeliefError
 
-__all__ = ["BATCH", "MassRows", "one_line", "open_rows", "pyarrow"]
+__all__ = ["BATCH", "MassRows", "open_rows"]
 
 BATCH = 1 << 16
 """Rows that are read and computed together."""
 
 READ_AHEAD = 1 << 20
 """Bytes of a column that are read from the file at a time."""
-
-
-def pyarrow() -> Any:
-    """The package pyarrow, with its Parquet part loaded.
-
-    Returns
-    -------
-    module
-        ``pyarrow``.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
-    try:
-        import_module("pyarrow.parquet")
-    except ImportError as error:
-        raise MissingExtraError("Parquet files need pyarrow: pip install 'evifuse[parquet]'") from error
-    return import_module("pyarrow")
-
-
-def one_line(error: BaseException) -> str:
-    """First line of another library's message.
-
-    Parameters
-    ----------
-    error : BaseException
-        What it raised.
-
-    Returns
-    -------
-    str
-        Its first line, or its name if it has none.
-    """
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
 @dataclass(frozen=True)

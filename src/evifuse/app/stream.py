@@ -10,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from evifuse.app.arrow import writing
 from evifuse.app.job import Worker, classify_part, make_job, prepared
 from evifuse.app.join import Joiner
-from evifuse.app.parts import opened_parts, writing
+from evifuse.app.parts import opened_parts
 from evifuse.app.rows import MassRows, open_rows
 from evifuse.conductivity import READINGS, KnowledgeBase, Reading
 from evifuse.errors import UsageError
