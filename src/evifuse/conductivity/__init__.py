@@ -16,7 +16,9 @@ from evifuse.conductivity.classify import (
     classify,
     normalised_belief,
 )
+from evifuse.conductivity.choose import Choice, Judged, choose_reading
 from evifuse.conductivity.compiled import CompiledClassifier, compile  # noqa: A004
+from evifuse.conductivity.diagnose import Diagnosis, diagnose
 from evifuse.conductivity.entropy import (
     belief_entropy,
     capacity,
@@ -40,8 +42,11 @@ __all__ = [
     "TRAINED_READINGS",
     "Aggregate",
     "AggregateProperties",
+    "Choice",
     "Classification",
     "CompiledClassifier",
+    "Diagnosis",
+    "Judged",
     "KnowledgeBase",
     "PrototypeExplanation",
     "Reading",
@@ -50,9 +55,11 @@ __all__ = [
     "aggregate_properties",
     "belief_entropy",
     "capacity",
+    "choose_reading",
     "classify",
     "compile",
     "core_entropy",
+    "diagnose",
     "divergence",
     "focal_distance",
     "focal_divergence",

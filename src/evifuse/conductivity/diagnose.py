@@ -188,7 +188,7 @@ def diagnose(
     Examples
     --------
     >>> from evifuse.knowledge import load_knowledge
-    >>> knowledge = load_knowledge("chapter-shape")
+    >>> knowledge = load_knowledge("shape")
     >>> masses = [[0.9, 0.1, 0.0], [0.0, 0.2, 0.8]]
     >>> found = diagnose(MassFunction(knowledge.frame, ["triangle", "ellipse", 63], masses), knowledge)
     >>> found.never_decided
