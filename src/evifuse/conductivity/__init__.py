@@ -9,6 +9,7 @@ from evifuse.conductivity.aggregate import (
     KnowledgeBase,
     aggregate_properties,
 )
+from evifuse.conductivity.choose import Choice, Judged, choose_reading
 from evifuse.conductivity.classify import (
     BRANCHES,
     Classification,
@@ -16,7 +17,6 @@ from evifuse.conductivity.classify import (
     classify,
     normalised_belief,
 )
-from evifuse.conductivity.choose import Choice, Judged, choose_reading
 from evifuse.conductivity.compiled import CompiledClassifier, compile  # noqa: A004
 from evifuse.conductivity.diagnose import Diagnosis, diagnose
 from evifuse.conductivity.entropy import (
