@@ -69,4 +69,5 @@ def writing(path: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        raise UsageError(f"{path}: writing failed: {error.strerror or error}") from error
+        reason = error.strerror or one_line(error).rpartition("] ")[2]  # Arrow tells the number first
+        raise UsageError(f"{path}: writing failed: {reason} (the same command goes on later)") from error
