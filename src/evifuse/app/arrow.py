@@ -1,5 +1,6 @@
 """The package pyarrow, if it is there, and what goes wrong with files in one line."""
 
+import os
 from collections.abc import Generator
 from contextlib import contextmanager
 from importlib import import_module
@@ -69,5 +70,5 @@ def writing(path: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or one_line(error).rpartition("] ")[2]  # Arrow tells the number first
+        reason = os.strerror(error.errno) if error.errno else one_line(error)
         raise UsageError(f"{path}: writing failed: {reason} (the same command goes on later)") from error
