@@ -138,6 +138,18 @@ def test_divergences_are_those_of_the_formula():
 
 
 @pytest.mark.usefixtures("engine")
+@pytest.mark.parametrize("reading", CHOICES.values(), ids=list(CHOICES))
+def test_next_to_nothing_stays_finite(reading):
+    knowledge = load_knowledge("shape")
+    sets = ["rectangle", "triangle", "ellipse", knowledge.frame]
+    tiny = np.array([1e-320, 1e-300, 1e-13, 1e-11, 1e-3])
+    masses = np.stack([tiny, tiny / 7, np.full(5, 1e-310), 1.0 - tiny - tiny / 7 - 1e-310], axis=-1)
+    plain = classify(MassFunction(knowledge.frame, sets, masses), knowledge, reading)
+    assert np.isfinite(plain.belief.masses).all()
+    assert_close(compile(knowledge, sets, reading).belief(masses), plain.belief.masses)
+
+
+@pytest.mark.usefixtures("engine")
 def test_batch_dimensions_lists_and_empty_batches():
     knowledge = load_knowledge("shape")
     fast = compile(knowledge, ["rectangle", knowledge.frame])

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.belief.mass import TOLERANCE
 from evifuse.conductivity._matrices import Parts, Pattern
-from evifuse.conductivity.classify import BRANCH_TOLERANCE
+from evifuse.conductivity.classify import BRANCH_TOLERANCE, NOTHING
 from evifuse.errors import MassError
 
 __all__ = ["Batch", "Wanted", "bad_row", "spans"]
@@ -104,7 +104,7 @@ class Batch:
         zero = xp.zeros_like(off)
         off = xp.where(off < self.reading.negligible * xp.sum(off, axis=0), zero, off)
         kept = xp.sum(off, axis=0)
-        some = kept > 0
+        some = kept > NOTHING
         off = off * xp.where(some, nominal / xp.where(some, kept, xp.ones_like(kept)), zero[0, :])
         rest = xp.where(some, (1.0 - nominal) * xp.ones_like(kept), xp.ones_like(kept))
         return xp.concat([off, rest[None, :]], axis=0)
@@ -145,9 +145,7 @@ class Batch:
         """Results of cases with one pattern, ``b`` of shape [F, n] and all positive, as rows [n, ...]."""
         xp, count = self.xp, b.shape[1]
         size = CHUNK if self.on_processor else max(count, 1)
-        pieces = [
-            self.finished(pattern, b[:, at:end], committed[at:end]) for at, end in spans(count, size)
-        ]
+        pieces = [self.finished(pattern, b[:, at:end], committed[at:end]) for at, end in spans(count, size)]
         return xp.permute_dims(pieces[0] if len(pieces) == 1 else xp.concat(pieces, axis=1), (1, 0))
 
     def finished(self, pattern: Pattern, b: Any, committed: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from evifuse.conductivity.classify import BRANCH_TOLERANCE
+from evifuse.conductivity.classify import BRANCH_TOLERANCE, NOTHING
 
 __all__ = ["bad_row", "ordered", "tiles"]
 
@@ -53,11 +53,14 @@ def ordered(masses: Any, whole: int, commitment: float, negligible: float, patte
                     off += masses[row, i]
             least = negligible * off
             at = 0
+            kept = 0.0
             for i in range(given):
                 if i != whole:
-                    code |= (masses[row, i] > 0.0 and masses[row, i] >= least) << at
+                    if masses[row, i] > 0.0 and masses[row, i] >= least:
+                        code |= 1 << at
+                        kept += masses[row, i]
                     at += 1
-            code |= 1 << at
+            code = (code if kept > NOTHING else 0) | 1 << at
         codes[row] = code
         counts[code] += 1
     following = np.cumsum(counts) - counts

@@ -18,6 +18,9 @@ __all__ = ["BRANCHES", "Classification", "PrototypeExplanation", "classify", "no
 BRANCHES = ("strong", "weak", "blocked")
 """A.8 iii: seen in full; A.8 iv: seen in projection; or not seen at all."""
 
+NOTHING = 1e-12
+"""Evidence that commits no more than this is total ignorance: scaled up it would be rounding errors."""
+
 BRANCH_TOLERANCE = 1e-12
 """A dimension this little above the branch point is still on the strong branch."""
 
@@ -282,7 +285,7 @@ def _at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFu
     committed = masses.sum(axis=-1, keepdims=True)
     masses = np.where(masses < negligible * committed, 0.0, masses)
     kept = masses.sum(axis=-1, keepdims=True)
-    some = kept > 0
+    some = kept > NOTHING
     masses = masses * np.where(some, nominal / np.where(some, kept, 1.0), 0.0)
     rest = np.where(some, 1.0 - nominal, 1.0)
     sets = np.append(y.focal_sets[off], np.int64(y.frame.full))

@@ -186,7 +186,7 @@ def focal_distance(b: Array, c: Array, similar: Array | float, reading: Reading)
         Broadcast shape, 0 where the masses are equal and sets are similar at all.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (b - c) * _log(b / c, reading) / similar
+        return (b - c) * (_log(b, reading) - _log(c, reading)) / similar
 
 
 def focal_divergence(x: MassFunction, reading: Reading) -> Array:
@@ -293,7 +293,7 @@ def _directed(b: Array, c: Array, sim: Array, reading: Reading) -> Array:
     if reading.divergence == "symmetric":
         return focal_distance(b, matched, best, reading).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (b * _log(b / matched, reading) / best).sum(axis=-1)
+        return (b * (_log(b, reading) - _log(matched, reading)) / best).sum(axis=-1)
 
 
 def divergence(x: MassFunction, y: MassFunction, reading: Reading) -> Array:
