@@ -164,10 +164,29 @@ def test_without_a_jump_nothing_is_near() -> None:
 
 
 def test_a_single_prototype_can_not_be_passed() -> None:
+    """Its branch point is 1, which no interaction dimension exceeds."""
     frame = Frame(["c", "d"])
     x = MassFunction.of(frame, {"c": 0.7, frame: 0.3})
-    knowledge = KnowledgeBase("one", frame, (Aggregate("c", {"C": x}),), Reading())
+    other = MassFunction.of(frame, {"d": 0.9, frame: 0.1})
+    classes = (Aggregate("c", {"C": x}), Aggregate("d", {"D": other}))
+    knowledge = KnowledgeBase("singles", frame, classes, Reading())
+    assert classify(x, knowledge).interaction_dimensions[0] == 1
     assert not diagnose(x, knowledge).near_branch
+
+
+def test_a_crossing_that_changes_nothing_does_not_matter() -> None:
+    """Of a class that conducts as its best prototype, a worse one may fall without a trace."""
+    knowledge, evidence, reading = load_knowledge("chapter-shape"), line(), Reading(pooling="max")
+    c = classify(evidence, knowledge, reading)
+    first, second = (c.prototypes.index(("triangular", name)) for name in ("T_1", "T_2"))
+    top = c.properties["triangular"].dimension
+    close = np.abs(c.interaction_dimensions[:, second] - top) <= 0.1 * top
+    sigma = c.prototype_conductivities
+    idle = close & (c.branches[:, second] == 0) & (sigma[:, second] < sigma[:, first])
+    found = diagnose(evidence, knowledge, reading, near=0.1)
+    assert idle.any()
+    assert (found.crossing[idle] != second).all()
+    assert found.crossings[second] <= np.sum(close & ~idle)
 
 
 @given(st.data())

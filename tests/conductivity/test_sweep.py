@@ -117,6 +117,7 @@ def test_the_gap_is_the_largest_one_and_every_example_must_be_ranked() -> None:
     wrong = example({"triangular": 0.9, "rectangular": 1.5})
     assert try_reading(Reading(), [right]).ranked
     assert not try_reading(Reading(), [right, wrong]).ranked
+    assert not try_reading(Reading(), [wrong, right]).ranked
     assert try_reading(Reading(), [right, wrong]).gap == pytest.approx(
         max(try_reading(Reading(), [right]).gap, try_reading(Reading(), [wrong]).gap)
     )
