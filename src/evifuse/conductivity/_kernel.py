@@ -83,7 +83,7 @@ def tiles(
     v = np.empty((f + len(tied), TILE))
     logs, products = np.empty_like(v), np.empty_like(v)
     acc = np.empty((p + 1, TILE))
-    total = np.empty((len(sizes), TILE))
+    total = np.empty((len(sizes) + 1, TILE))  # the last for the frame
     committed = np.ones(TILE)
     for start in range(0, len(order), TILE):
         rows = order[start : start + TILE]
@@ -104,12 +104,12 @@ def tiles(
             for c in range(len(sizes)):
                 for t in range(n):
                     total[c, t] *= committed[t]
+        columns = len(sizes)
+        if wanted == 1:
+            columns = _normalise(total, n, committed, keep)
         for t in range(n):
-            if wanted == 0:
-                for c in range(len(sizes)):
-                    out[rows[t], c] = total[c, t]
-            else:
-                _normalise(total[:, t], committed[t] if keep else 1.0, out[rows[t]])
+            for c in range(columns):
+                out[rows[t], c] = total[c, t]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
@@ -227,16 +227,22 @@ def _pool(acc: Any, n: int, of_class: Any, sizes: Any, pooling: int, total: Any)
                 pooled[t] += share * acc[j, t]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
-def _normalise(total: Any, known: Any, out: Any) -> None:
-    """Masses of the classes and, unless there is only one, of the frame."""
-    if len(total) == 1:
-        out[0] = 1.0
-        return
-    everything = total.sum()
-    share = known / everything if everything > 0.0 else 0.0
-    rest = 1.0
-    for c in range(len(total)):
-        out[c] = total[c] * share
-        rest -= out[c]
-    out[len(total)] = rest if rest >= 1e-15 else 0.0
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _normalise(total: Any, n: int, committed: Any, keep: bool) -> int:
+    """Conductivities to masses of the classes and, unless there is only one, of the frame, in place."""
+    frame = len(total) - 1
+    if frame == 1:
+        total[0] = 1.0
+        return 1
+    for t in range(n):
+        everything = 0.0
+        for c in range(frame):
+            everything += total[c, t]
+        known = committed[t] if keep else 1.0
+        share = known / everything if everything > 0.0 else 0.0
+        rest = 1.0
+        for c in range(frame):
+            total[c, t] *= share
+            rest -= total[c, t]
+        total[frame, t] = rest if rest >= 1e-15 else 0.0
+    return frame + 1
