@@ -5,7 +5,7 @@ import re
 import signal
 import uuid
 import warnings
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from multiprocessing import resource_tracker
@@ -31,7 +31,7 @@ FAILURES = 10
 """Workers that a part may lose before it is given up."""
 
 
-def on_cluster(job: Job, todo: list[int], scheduler: str) -> Iterator[int]:
+def on_cluster(job: Job, todo: list[int], scheduler: str) -> Generator[int]:
     """Compute parts on a cluster.
 
     Parameters

@@ -4,6 +4,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -161,10 +162,11 @@ def _compute(
         return
     from evifuse.app.cluster import on_cluster
 
-    for index in on_cluster(worker.job, todo, scheduler):
-        joiner.ready(index)
-        start, stop = worker.job.part(index, worker.rows.count)
-        advanced(stop - start)
+    with closing(on_cluster(worker.job, todo, scheduler)) as finished:
+        for index in finished:
+            joiner.ready(index)
+            start, stop = worker.job.part(index, worker.rows.count)
+            advanced(stop - start)
 
 
 def run_classify(
