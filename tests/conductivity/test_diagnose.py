@@ -205,8 +205,8 @@ def test_a_batch_is_diagnosed_like_its_members(data: st.DataObject) -> None:
 
 def test_chunks_do_not_show() -> None:
     knowledge = load_knowledge("chapter-shape")
-    few = random_evidence(50)
-    repeats = CHUNK // 50 + 1
+    few = random_evidence(100)
+    repeats = CHUNK // 100 + 1
     many = MassFunction(few.frame, few.focal_sets, np.tile(few.masses, (repeats, 1)))
     assert len(many) > CHUNK
     small, large = diagnose(few, knowledge), diagnose(many, knowledge)

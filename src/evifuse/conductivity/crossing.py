@@ -3,18 +3,81 @@
 Our own. Crossing means that one interaction dimension moves just past a branch point, everything else equal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.conductivity.classify import Classification, normalised_belief
+from evifuse.belief import MassFunction
+from evifuse.conductivity.aggregate import KnowledgeBase
+from evifuse.conductivity.classify import BRANCH_TOLERANCE, classify, normalised_belief
+from evifuse.conductivity.compiled import compile as compile_knowledge
 from evifuse.conductivity.reading import Reading
+from evifuse.errors import KnowledgeError
 
-__all__ = ["Crossings", "Pool", "cross", "decide"]
+__all__ = ["Crossings", "Met", "Pool", "cross", "decide", "meet"]
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Met:
+    """A batch of evidence against every prototype.
+
+    Parameters
+    ----------
+    classes : tuple of str
+        The C class labels.
+    prototypes : tuple of (str, str)
+        Class and name of each of the P prototypes, class by class.
+    top : ndarray of float64, shape (P,)
+        ``dim(Gamma)`` of each one's class, the branch point.
+    capacity : ndarray of float64, shape (P,)
+        ``cap(Gamma)`` of each one's class.
+    dimensions : ndarray of float64, shape (N, P)
+        ``dim(Y; X_i)``.
+    sigma : ndarray of float64, shape (N, P)
+        Conductivities, 0 where they are undefined.
+    """
+
+    classes: tuple[str, ...]
+    prototypes: tuple[tuple[str, str], ...]
+    top: Array
+    capacity: Array
+    dimensions: Array
+    sigma: Array
+
+
+def meet(evidence: MassFunction, knowledge: KnowledgeBase, reading: Reading) -> Met:
+    """Let evidence meet every prototype: compiled, or step by step where a reading divides by zero.
+
+    Parameters
+    ----------
+    evidence : MassFunction
+        Over the knowledge base's frame, in the layout ``shared``, batch shape (N,).
+    knowledge : KnowledgeBase
+        The classes and their prototypes.
+    reading : Reading
+        How the formulas are read.
+
+    Returns
+    -------
+    Met
+        Dimensions and conductivities.
+    """
+    try:
+        found = compile_knowledge(knowledge, evidence.focal_sets, reading)
+        dimensions = found.interaction_dimensions(evidence.masses)
+        alone = replace(found.parts, members=np.eye(len(found.prototypes), dtype=np.bool_))
+        sigma = replace(found, parts=alone).conductivities(evidence.masses)  # each one a class of its own
+    except KnowledgeError:
+        found = classify(evidence, knowledge, reading)
+        dimensions, sigma = found.interaction_dimensions, found.prototype_conductivities
+    properties = [found.properties[label] for label, _ in found.prototypes]
+    top, capacity = (np.array([getattr(p, name) for p in properties]) for name in ("dimension", "capacity"))
+    sigma = np.nan_to_num(sigma, nan=0.0, posinf=0.0, neginf=0.0)
+    return Met(found.classes, found.prototypes, top, capacity, dimensions, sigma)
 
 
 class Pool:
@@ -22,16 +85,16 @@ class Pool:
 
     Parameters
     ----------
-    found : Classification
+    met : Met
         Gives the prototypes, class by class.
     reading : Reading
         Gives the pooling.
     """
 
-    def __init__(self, found: Classification, reading: Reading) -> None:
-        labels = [label for label, _ in found.prototypes]
-        self.home = np.array([found.classes.index(label) for label in labels], dtype=np.int64)
-        self.sizes = np.bincount(self.home, minlength=len(found.classes))
+    def __init__(self, met: Met, reading: Reading) -> None:
+        labels = [label for label, _ in met.prototypes]
+        self.home = np.array([met.classes.index(label) for label in labels], dtype=np.int64)
+        self.sizes = np.bincount(self.home, minlength=len(met.classes))
         self.starts = np.cumsum(self.sizes) - self.sizes
         self.mode = reading.pooling
 
@@ -107,17 +170,13 @@ class Crossings:
     flips: NDArray[np.bool_]
 
 
-def cross(
-    found: Classification, sigma: Array, committed: Array, pool: Pool, reading: Reading, near: float
-) -> Crossings:
+def cross(met: Met, committed: Array, pool: Pool, reading: Reading, near: float) -> Crossings:
     """Let every prototype that sits near a branch point cross it, one at a time.
 
     Parameters
     ----------
-    found : Classification
-        Of a batch of shape (N,).
-    sigma : ndarray of float64, shape (N, P)
-        Conductivities of the prototypes, all finite.
+    met : Met
+        Evidence and prototypes, a batch of shape (N,).
     committed : ndarray of float64, shape (N,)
         Mass of the evidence off the frame.
     pool : Pool
@@ -132,36 +191,35 @@ def cross(
     Crossings
         In the order of the inputs.
     """
-    close, other = _other_side(found, reading, near)
+    close, other = _other_side(met, reading, near)
     case, prototype = np.nonzero(close)
-    moved = sigma[case]
+    moved = met.sigma[case]
     scale = 1.0 if reading.commitment is None else committed[case]
     moved[np.arange(len(case)), prototype] = other[case, prototype] * scale
-    before, after = np.maximum(pool.classes(sigma[case]), 0.0), np.maximum(pool.classes(moved), 0.0)
+    before, after = (np.maximum(pool.classes(sigma), 0.0) for sigma in (met.sigma[case], moved))
     ignorance = 1.0 - committed[case] if reading.keep_ignorance else 0.0
-    beliefs = [normalised_belief(found.classes, s, ignorance).masses for s in (before, after)]
+    beliefs = [normalised_belief(met.classes, s, ignorance).masses for s in (before, after)]
     change = 0.5 * np.abs(beliefs[1] - beliefs[0]).sum(axis=-1)
     return Crossings(case, prototype, change, decide(before) != decide(after))
 
 
-def _other_side(found: Classification, reading: Reading, near: float) -> tuple[NDArray[np.bool_], Array]:
+def _other_side(met: Met, reading: Reading, near: float) -> tuple[NDArray[np.bool_], Array]:
     """Whether each prototype is near a branch point that it could cross, and its conductivity just past it.
 
     The first branch point is ``dim(Gamma)``, from strong to weak; the second lies where the projection is
     ``dim(Gamma)``, from weak to nothing. With a capacity of 1 or more there is no weak branch between them.
     """
-    dims, seen = found.interaction_dimensions, found.projected_dimensions
-    top = np.array([found.properties[label].dimension for label, _ in found.prototypes])
-    cap = np.array([found.properties[label].capacity for label, _ in found.prototypes])
+    dims, top, cap = met.dimensions, met.top, met.capacity
     if not reading.projection:
         return np.zeros(dims.shape, dtype=np.bool_), dims
+    seen = dims * cap
     bounded = reading.divergence == "symmetric" and reading.entropy_sign == -1
     highest = 1.0 if bounded else np.inf
     width = near * np.abs(top)
-    below = found.branches == 0
+    below = dims <= top + BRANCH_TOLERANCE
+    blocked = ~below & ~(seen <= top)
     first = (np.abs(dims - top) <= width) & (~below | (top < highest))
     past_first = np.where(cap < 1, top * cap, 0.0)
-    blocked = found.branches == 2
     second = ~below & (cap < 1) & (np.abs(seen - top) <= width) & (blocked | (top < highest * cap))
     nearer_second = second & ~(first & (np.abs(dims - top) <= np.abs(seen - top)))
     upper = np.where(nearer_second & ~blocked, 0.0, top)

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.belief import MassFunction
+from evifuse.belief import MassFunction, on_frame
 from evifuse.conductivity.aggregate import KnowledgeBase
-from evifuse.conductivity.classify import Classification, classify
-from evifuse.conductivity.crossing import Crossings, Pool, cross, decide
+from evifuse.conductivity.crossing import Crossings, Met, Pool, cross, decide, meet
 from evifuse.conductivity.reading import Reading
 from evifuse.errors import KnowledgeError
 
@@ -26,7 +25,7 @@ CONTRIBUTION = 0.01
 MATTERS = 0.01
 """Change of belief from which on a crossing matters."""
 
-CHUNK = 16_384
+CHUNK = 32_768
 """Cases that are looked at together, to bound the memory."""
 
 EQUAL = 1.0 - 1e-12
@@ -197,7 +196,7 @@ def diagnose(
     if not 0 < near < 1:
         raise KnowledgeError(f"diagnose: near must be a share between 0 and 1, not {near!r}")
     reading = reading or knowledge.reading
-    shared = evidence.to("shared")
+    shared = on_frame(evidence.to("shared"), knowledge.frame)
     flat = MassFunction.trusted(
         shared.frame, shared.focal_sets, shared.masses.reshape(-1, shared.masses.shape[-1])
     )
@@ -231,17 +230,17 @@ def _part(
 ) -> dict[str, NDArray[Any]]:
     """Everything of one chunk of inputs: counts to be added up, and arrays over the inputs."""
     with np.errstate(all="ignore"):  # the printed reading may divide by zero: that conducts nothing
-        found = classify(evidence, knowledge, reading)
-        pool = Pool(found, reading)
-        sigma = np.nan_to_num(found.prototype_conductivities, nan=0.0, posinf=0.0, neginf=0.0)
+        met = meet(evidence, knowledge, reading)
+        pool = Pool(met, reading)
         committed = 1.0 - evidence.where(evidence.focal_sets == evidence.frame.full)
-        crossed = cross(found, sigma, committed, pool, reading, near)
-        return {**_counts(found, sigma, pool), **_near(crossed, *sigma.shape)}
+        crossed = cross(met, committed, pool, reading, near)
+        return {**_counts(met, pool), **_near(crossed, *met.sigma.shape)}
 
 
-def _counts(found: Classification, sigma: Array, pool: Pool) -> dict[str, Counts]:
+def _counts(met: Met, pool: Pool) -> dict[str, Counts]:
     """How often each prototype conducts, is the best, fires and decides; how often each class is decided."""
-    decisions, classes = found.decisions, len(found.classes)
+    sigma = met.sigma
+    decisions = decide(pool.classes(sigma))
     best = pool.best(sigma)[:, pool.home]
     conducts = sigma > 0
     of_class = conducts & (sigma >= best * EQUAL)
@@ -258,7 +257,7 @@ def _counts(found: Classification, sigma: Array, pool: Pool) -> dict[str, Counts
         "best_of_all": (of_class & (sigma >= best.max(axis=1, keepdims=True) * EQUAL)).sum(axis=0),
         "fires": fires.sum(axis=0),
         "decisive": decisive,
-        "decided": np.bincount(decisions[decisions >= 0], minlength=classes),
+        "decided": np.bincount(decisions[decisions >= 0], minlength=len(met.classes)),
         "nothing": np.count_nonzero(decisions < 0, keepdims=True),
     }
 
