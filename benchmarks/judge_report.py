@@ -172,11 +172,11 @@ def draw(records: list[Record], path: Path) -> None:
     figure, axes = plt.subplots(
         len(kinds), 3, figsize=(12, 3.8 * len(kinds)), squeeze=False, layout="constrained"
     )
-    colours = plt.get_cmap("tab20").colors
+    colours = [*plt.get_cmap("tab10").colors, (0.0, 0.0, 0.0)]
     for row, (kind, sets) in zip(axes, kinds.items(), strict=True):
         for ax, condition in zip(row, shown, strict=True):
             cells = results.cells(sets, results.sizes, condition)
-            for i, method in enumerate(results.methods):
+            for method in results.methods:
                 curve = results.mean(method, cells, "curve")
                 if curve is not None:
                     ours = method.startswith("conductivity")
@@ -184,7 +184,7 @@ def draw(records: list[Record], path: Path) -> None:
                     ax.plot(
                         100 * COVERAGES,
                         100 * curve.mean(axis=0),
-                        color=colours[2 * i % 20],
+                        color=colours[ORDER.index(method)],
                         label=method,
                         **style,
                     )
