@@ -3,6 +3,8 @@
 Our own. Crossing means that one interaction dimension moves just past a branch point, everything else equal.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +17,7 @@ from evifuse.conductivity.compiled import compile as compile_knowledge
 from evifuse.conductivity.reading import Reading
 from evifuse.errors import KnowledgeError
 
-__all__ = ["Crossings", "Met", "Pool", "cross", "decide", "meet"]
+__all__ = ["Crossings", "Met", "Pool", "cross", "decide", "ready_to_meet"]
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -49,13 +51,15 @@ class Met:
     sigma: Array
 
 
-def meet(evidence: MassFunction, knowledge: KnowledgeBase, reading: Reading) -> Met:
-    """Let evidence meet every prototype: compiled, or step by step where a reading divides by zero.
+def ready_to_meet(
+    focal_sets: NDArray[np.int64], knowledge: KnowledgeBase, reading: Reading
+) -> Callable[[MassFunction], Met]:
+    """Make a knowledge base ready for evidence: compiled, or step by step where a reading divides by zero.
 
     Parameters
     ----------
-    evidence : MassFunction
-        Over the knowledge base's frame, in the layout ``shared``, batch shape (N,).
+    focal_sets : ndarray of int64, shape (F,)
+        Focal sets of the evidence to come, of the knowledge base's frame.
     knowledge : KnowledgeBase
         The classes and their prototypes.
     reading : Reading
@@ -63,21 +67,30 @@ def meet(evidence: MassFunction, knowledge: KnowledgeBase, reading: Reading) -> 
 
     Returns
     -------
-    Met
-        Dimensions and conductivities.
+    callable
+        Lets a batch of shape (N,) on these focal sets meet every prototype.
     """
-    try:
-        found = compile_knowledge(knowledge, evidence.focal_sets, reading)
-        dimensions = found.interaction_dimensions(evidence.masses)
-        alone = replace(found.parts, members=np.eye(len(found.prototypes), dtype=np.bool_))
-        sigma = replace(found, parts=alone).conductivities(evidence.masses)  # each one a class of its own
-    except KnowledgeError:
-        found = classify(evidence, knowledge, reading)
-        dimensions, sigma = found.interaction_dimensions, found.prototype_conductivities
-    properties = [found.properties[label] for label, _ in found.prototypes]
-    top, capacity = (np.array([getattr(p, name) for p in properties]) for name in ("dimension", "capacity"))
-    sigma = np.nan_to_num(sigma, nan=0.0, posinf=0.0, neginf=0.0)
-    return Met(found.classes, found.prototypes, top, capacity, dimensions, sigma)
+    compiled = None
+    with suppress(KnowledgeError):
+        whole = compile_knowledge(knowledge, focal_sets, reading)
+        parts = replace(whole.parts, members=np.eye(len(whole.prototypes), dtype=np.bool_))
+        compiled = whole, replace(whole, parts=parts)  # the second has each prototype as a class of its own
+
+    def meet(evidence: MassFunction) -> Met:
+        if compiled is not None:
+            found, alone = compiled
+            dimensions = found.interaction_dimensions(evidence.masses)
+            sigma = alone.conductivities(evidence.masses)
+        else:
+            found = classify(evidence, knowledge, reading)
+            dimensions, sigma = found.interaction_dimensions, found.prototype_conductivities
+        properties = [found.properties[label] for label, _ in found.prototypes]
+        top = np.array([p.dimension for p in properties])
+        capacity = np.array([p.capacity for p in properties])
+        sigma = np.nan_to_num(sigma, nan=0.0, posinf=0.0, neginf=0.0)
+        return Met(found.classes, found.prototypes, top, capacity, dimensions, sigma)
+
+    return meet
 
 
 class Pool:

@@ -4,7 +4,7 @@ The projection rule of A.8 makes conductivity jump where an interaction dimensio
 a small change of the evidence can turn a decision over there. The diagnosis itself is our own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from evifuse.belief import MassFunction, on_frame
 from evifuse.conductivity.aggregate import KnowledgeBase
-from evifuse.conductivity.crossing import Crossings, Met, Pool, cross, decide, meet
+from evifuse.conductivity.crossing import Crossings, Met, Pool, cross, decide, ready_to_meet
 from evifuse.conductivity.reading import Reading
 from evifuse.errors import KnowledgeError
 
@@ -200,7 +200,9 @@ def diagnose(
     flat = MassFunction.trusted(
         shared.frame, shared.focal_sets, shared.masses.reshape(-1, shared.masses.shape[-1])
     )
-    parts = [_part(flat[rows], knowledge, reading, near) for rows in _chunks(len(flat))]
+    with np.errstate(all="ignore"):  # the printed reading may divide by zero: that conducts nothing
+        meet = ready_to_meet(flat.focal_sets, knowledge, reading)
+        parts = [_part(flat[rows], meet, reading, near) for rows in _chunks(len(flat))]
     whole = {key: [part[key] for part in parts] for key in parts[0]}
     sums = {key: np.sum(whole.pop(key), axis=0) for key in list(whole) if key in _SUMMED}
     each = {key: np.concatenate(values).reshape(evidence.batch) for key, values in whole.items()}
@@ -226,15 +228,14 @@ def _chunks(count: int) -> Iterator[slice]:
 
 
 def _part(
-    evidence: MassFunction, knowledge: KnowledgeBase, reading: Reading, near: float
+    evidence: MassFunction, meet: Callable[[MassFunction], Met], reading: Reading, near: float
 ) -> dict[str, NDArray[Any]]:
     """Everything of one chunk of inputs: counts to be added up, and arrays over the inputs."""
-    with np.errstate(all="ignore"):  # the printed reading may divide by zero: that conducts nothing
-        met = meet(evidence, knowledge, reading)
-        pool = Pool(met, reading)
-        committed = 1.0 - evidence.where(evidence.focal_sets == evidence.frame.full)
-        crossed = cross(met, committed, pool, reading, near)
-        return {**_counts(met, pool), **_near(crossed, *met.sigma.shape)}
+    met = meet(evidence)
+    pool = Pool(met, reading)
+    committed = 1.0 - evidence.where(evidence.focal_sets == evidence.frame.full)
+    crossed = cross(met, committed, pool, reading, near)
+    return {**_counts(met, pool), **_near(crossed, *met.sigma.shape)}
 
 
 def _counts(met: Met, pool: Pool) -> dict[str, Counts]:
