@@ -198,6 +198,17 @@ def test_lists_of_any_length_do_if_all_are_right(source: Path, tmp_path: Path) -
         classify_file(source, tmp_path / "out.parquet", KNOWLEDGE)
 
 
+@pytest.mark.parametrize("name", ["local:4.parquet", "s3:", "a b%20c ü.pq", "-dash"])
+def test_names_that_look_like_something_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    to_parquet(evidence(9), name)
+    classify_file(Path(name), Path("out-" + name), KNOWLEDGE)
+    classify_file(Path(name), Path("plain"), KNOWLEDGE)
+    assert Path("out-" + name).read_bytes() == Path("plain").read_bytes()
+
+
 def test_a_single_class(source: Path, tmp_path: Path) -> None:
     one = KnowledgeBase("one", KNOWLEDGE.frame, (KNOWLEDGE.aggregates[0],), KNOWLEDGE.reading)
     classify_file(source, tmp_path / "out.parquet", one)

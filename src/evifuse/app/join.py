@@ -45,9 +45,11 @@ class Joiner:
 
     def __enter__(self) -> "Joiner":
         names = [*self.worker.rows.carried.names, "decision"]
+        pa = pyarrow()
         with writing(self.parts.joined):
-            self._writer: Any = pyarrow().parquet.ParquetWriter(
-                self.parts.joined,
+            self._file: Any = pa.OSFile(str(self.parts.joined), "wb")
+            self._writer: Any = pa.parquet.ParquetWriter(
+                self._file,
                 self.worker.schema,
                 compression="snappy",
                 use_dictionary=names,
@@ -67,7 +69,10 @@ class Joiner:
                 self._flush()
         finally:
             with writing(self.parts.joined):
-                self._writer.close()
+                try:
+                    self._writer.close()
+                finally:
+                    self._file.close()
         with writing(self.parts.joined), self.parts.joined.open("rb+") as file:
             os.fsync(file.fileno())
 

@@ -93,7 +93,8 @@ class MassRows:
     def _batches(self, groups: list[int]) -> Iterator[Any]:
         pa = pyarrow()
         try:
-            with pa.parquet.ParquetFile(self.path, buffer_size=READ_AHEAD, pre_buffer=False) as file:
+            with pa.OSFile(str(self.path)) as raw:  # of a bare name with a colon pyarrow would make a URI
+                file = pa.parquet.ParquetFile(raw, buffer_size=READ_AHEAD, pre_buffer=False)
                 columns = ["masses", *self.carried.names]
                 yield from file.iter_batches(BATCH, row_groups=groups, columns=columns)
         except (pa.ArrowException, OSError) as error:
@@ -171,7 +172,8 @@ def open_rows(path: Path) -> MassRows:
     except OSError as error:
         raise BeliefError(f"{path}: can't be read: {error.strerror or error}") from None
     try:
-        with pa.parquet.ParquetFile(path) as file:
+        with pa.OSFile(str(path)) as raw:
+            file = pa.parquet.ParquetFile(raw)
             schema, footer = file.schema_arrow, file.metadata
         identity = _identity(path)
     except (pa.ArrowException, OSError) as error:
