@@ -216,7 +216,7 @@ def _labelled(base: KnowledgeBase, name: str, path: Path, sweep: bool, seed: int
         "knowledge": name,
         "evidence": str(path),
         "seed": seed,
-        "groups": None if groups is None else len(set(groups)),
+        "groups": len(set(groups)) if groups and len(set(groups)) < len(groups) else None,
         "swept": len(every),
         "choosing": choice.choosing,
         "held_out": choice.held_out,
