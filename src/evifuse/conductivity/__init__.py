@@ -34,7 +34,8 @@ from evifuse.conductivity.entropy import (
     within_set_entropy,
 )
 from evifuse.conductivity.reading import READINGS, Reading
-from evifuse.conductivity.train import TRAINED_READINGS, TrainingReport, Trial, train, train_report
+from evifuse.conductivity.rehearse import Trial
+from evifuse.conductivity.train import TRAINED_READINGS, TrainingReport, train, train_report
 
 __all__ = [
     "BRANCHES",

@@ -224,7 +224,9 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
         shares: list[Array] = []
         for said, base in zip(told, self.knowledge_, strict=True):
             place = [base.classes.index(name) for name in names]
-            shares.append(compile(base, said.focal_sets).belief(said.masses)[:, place])
+            sigma = compile(base, said.focal_sets).conductivities(said.masses)[:, place]
+            ignorance = said.masses[:, -1] if base.reading.keep_ignorance else 0.0
+            shares.append(normalised_belief(names, sigma, ignorance).masses[:, :-1])
         return joined(names, shares)
 
     def predict_proba(self, X: Any) -> Array:

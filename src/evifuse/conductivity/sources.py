@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from evifuse.belief import Frame, MassFunction, pignistic
 from evifuse.belief.mass import singleton_sets
 from evifuse.belief.masses_from import from_probabilities
-from evifuse.conductivity.train import folds_of
+from evifuse.conductivity.rehearse import folds_of
 from evifuse.errors import MissingExtraError
 
 try:
