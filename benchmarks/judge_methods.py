@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from evifuse.belief import MassFunction, dempster, pignistic
 from evifuse.conductivity import READINGS, KnowledgeBase, Reading, classify, normalised_belief
-from evifuse.fusion import curvature_from_shape
 from evifuse.knowledge import load_knowledge
 
 Array = NDArray[np.float64]
@@ -235,6 +234,8 @@ def fused(
     split: Split, seen: Any, touched: Any, evidence: dict[str, MassFunction], curvature: KnowledgeBase
 ) -> Array:
     """Section 5.2 and 5.3, case by case."""
+    from evifuse.fusion import curvature_from_shape
+
     touch = evidence["touch"]
     missed = touch.on(np.array([touch.frame.mask("N")]))[:, 0]
     from_shape = np.array(
