@@ -64,6 +64,8 @@ def assert_agrees(knowledge, sets, masses, reading):
     assert sure.mean() > 0.9
     assert_close(fast.conductivities(masses)[sure], plain.conductivities[sure])
     assert_close(fast.belief(masses)[sure], plain.belief.masses[sure])
+    into = fast.prototype_conductivities(masses)
+    assert_close(into[sure], plain.prototype_conductivities[sure])
     assert fast.classes == plain.classes
     assert fast.prototypes == plain.prototypes
 

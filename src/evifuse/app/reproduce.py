@@ -5,7 +5,7 @@ published conductivities of section 5.1. The outputs are computed here, by the s
 sensors use.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from evifuse.belief import MassFunction, mass
 from evifuse.conductivity import classify, normalised_belief
+from evifuse.conductivity.sweep import same_order
 from evifuse.fusion import curvature_from_shape, total_conductivity
 from evifuse.knowledge import load_knowledge
 from evifuse.touch import CURVATURE_FRAME, primitive_beliefs
@@ -84,7 +85,9 @@ def _figures(
 ) -> list[Figure]:
     """Figures of one group; a group whose order is the published one has at least its ranking."""
     labels = list(published)
-    ordered = _same_order([published[k] for k in labels], [computed[k] for k in labels])
+    ordered = len(set(published.values())) > 1 and same_order(
+        [published[k] for k in labels], [computed[k] for k in labels]
+    )
     out: list[Figure] = []
     for label in labels:
         equal = abs(computed[label] - published[label]) <= 0.5 * 10**-digits + 1e-9
@@ -95,13 +98,6 @@ def _figures(
             reason = differs if isinstance(differs, str) else differs[label]
         out.append(Figure(f"{where}: {label}", published[label], float(computed[label]), status, reason))
     return out
-
-
-def _same_order(published: Sequence[float], computed: Sequence[float]) -> bool:
-    """Whether every strict order that was published also holds between the computed figures."""
-    pairs = [(i, j) for i in range(len(published)) for j in range(len(published))]
-    strict = [(i, j) for i, j in pairs if published[i] > published[j]]
-    return len(strict) > 0 and all(computed[i] > computed[j] for i, j in strict)
 
 
 def _shape_example() -> list[Figure]:

@@ -5,7 +5,7 @@ element-wise steps, on NumPy, PyTorch or JAX arrays.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -159,6 +159,27 @@ class CompiledClassifier:
             If the masses have another shape, are negative or not numbers, or do not sum to 1.
         """
         return run(self.parts, masses, "belief")
+
+    def prototype_conductivities(self, masses: Any) -> Any:
+        """Conductivity of each case into each prototype, before they are pooled by class (A.8).
+
+        Parameters
+        ----------
+        masses : array of float, shape (..., F)
+            Masses on the focal sets.
+
+        Returns
+        -------
+        array of float, shape (..., P)
+            Of the same kind as ``masses``.
+
+        Raises
+        ------
+        MassError
+            If the masses have another shape, are negative or not numbers, or do not sum to 1.
+        """
+        alone = replace(self.parts, members=np.eye(len(self.prototypes), dtype=np.bool_))
+        return run(alone, masses, "conductivities")
 
     def interaction_dimensions(self, masses: Any) -> Any:
         """``dim(Y; X_i)`` of each case with each prototype (A.5), raised to the reading's sharpness.

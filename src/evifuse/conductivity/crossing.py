@@ -5,7 +5,7 @@ Our own. Crossing means that one interaction dimension moves just past a branch 
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,15 +72,13 @@ def ready_to_meet(
     """
     compiled = None
     with suppress(KnowledgeError):
-        whole = compile_knowledge(knowledge, focal_sets, reading)
-        parts = replace(whole.parts, members=np.eye(len(whole.prototypes), dtype=np.bool_))
-        compiled = whole, replace(whole, parts=parts)  # the second has each prototype as a class of its own
+        compiled = compile_knowledge(knowledge, focal_sets, reading)
 
     def meet(evidence: MassFunction) -> Met:
         if compiled is not None:
-            found, alone = compiled
+            found = compiled
             dimensions = found.interaction_dimensions(evidence.masses)
-            sigma = alone.conductivities(evidence.masses)
+            sigma = found.prototype_conductivities(evidence.masses)
         else:
             found = classify(evidence, knowledge, reading)
             dimensions, sigma = found.interaction_dimensions, found.prototype_conductivities
