@@ -161,7 +161,8 @@ def train_report(
         If the evidence is not a batch of cases, or has mass on the empty set.
     """
     classes, codes = _checked(evidence, labels, max_prototypes)
-    y = evidence.to("shared")
+    sets = np.unique(np.broadcast_to(evidence.focal_sets, evidence.masses.shape)[evidence.masses > 0])
+    y = MassFunction.trusted(evidence.frame, sets, evidence.on(sets))
     candidates = TRAINED_READINGS if reading is None else reading
     if isinstance(candidates, Reading):
         candidates = {"given": candidates}
