@@ -21,6 +21,9 @@ Codes = NDArray[np.intp]
 SURE = 1e-3
 """Share of a probability that is spread over all classes before its logarithm is taken."""
 
+EQUAL = 0.01
+"""Within so many nats of the least log loss, the first reading in the list is as good: the gentlest."""
+
 FOLDS = 5
 
 
@@ -164,7 +167,8 @@ def choose(
     Returns
     -------
     list of Trial
-        The one with the least log loss is marked as chosen. Empty if no case can be held out.
+        The first that is within ``EQUAL`` of the least log loss is marked as chosen. Empty if no case can be
+        held out.
     """
     sizes = np.bincount(codes)
     fold_of = folds_of(codes, int(min(FOLDS, max(2, sizes.max()))), seed)
@@ -179,7 +183,8 @@ def choose(
         into = rehearsal.conductivities(reading)
         known = committed if reading.keep_ignorance else np.ones(len(codes))
         tried_out += _grow(name, into[held], known[held], codes[held], tried)
-    best = min(range(len(tried_out)), key=lambda i: tried_out[i][0].log_loss)
+    least = min(trial.log_loss for trial, _ in tried_out)
+    best = next(i for i, (trial, _) in enumerate(tried_out) if trial.log_loss <= least + EQUAL)
     return [replace(trial, chosen=i == best) for i, (trial, _) in enumerate(tried_out)]
 
 
