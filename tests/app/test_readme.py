@@ -27,7 +27,7 @@ def beside(tmp_path: Path, scene_file: Callable[[str], Path], monkeypatch: pytes
     return tmp_path
 
 
-@pytest.mark.parametrize("code", blocks("python"), ids=["fuse", "belief"])
+@pytest.mark.parametrize("code", blocks("python"), ids=["fuse", "belief", "train"])
 @pytest.mark.usefixtures("beside")
 def test_python(code: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(code, "README.md", "exec"), {})
