@@ -157,6 +157,8 @@ def test_what_could_be_missing_makes_evidence_less_sure() -> None:
 def test_distances_leave_missing_features_out() -> None:
     a, b = np.array([[1.0, NAN, 3.0], [NAN, 2.0, NAN]]), np.array([[0.0, 5.0, 1.0], [2.0, NAN, NAN]])
     np.testing.assert_allclose(squared_distances(a, b), [[2.5, 1.0], [9.0, NAN]])
+    np.testing.assert_allclose(squared_distances(b[:, :1], a[:1, :1]), [[1.0], [1.0]])
+    np.testing.assert_allclose(squared_distances(a[:1, ::2], b[:1, ::2]), [[2.5]])
 
 
 def test_one_corrupted_source_costs_less_than_dempster_pays() -> None:
