@@ -1,11 +1,13 @@
 """What the header of a picture file says, read without decoding the picture."""
 
+import re
 import struct
 
 __all__ = ["declared_size", "is_truncated"]
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8"
+_PNM = re.compile(rb"P[1-6](?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})\s")
 
 
 def declared_size(data: bytes) -> tuple[int, int] | None:
@@ -29,12 +31,16 @@ def declared_size(data: bytes) -> tuple[int, int] | None:
         if data[:6] in (b"GIF87a", b"GIF89a"):
             return struct.unpack_from("<HH", data, 6)
         if data.startswith(b"BM"):
-            width, height = struct.unpack_from("<ii", data, 18)
+            old = struct.unpack_from("<I", data, 14)[0] == 12
+            width, height = struct.unpack_from("<HH" if old else "<ii", data, 18)
             return abs(width), abs(height)
         if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
             return _webp_size(data)
         if data[:4] in (b"II*\0", b"MM\0*"):
             return _tiff_size(data)
+        plain = _PNM.match(data[:4096])
+        if plain:
+            return int(plain[1]), int(plain[2])
     except (struct.error, IndexError):
         pass
     return None

@@ -1,5 +1,6 @@
 """Pictures from files and arrays, as one kind of value: contiguous 8-bit grey or BGR."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,19 @@ MIN_SIDE_PX = 8
 MAX_PIXELS = 100_000_000
 """Pictures with more pixels are refused before they are decoded."""
 
+MAX_BYTES = 1 << 30
+"""Files with more bytes are refused before they are read to the end."""
+
+_BLOCK = 1 << 20
+"""Pixels that are converted together, so that a conversion needs little memory beside the picture."""
+
 
 def read_image(path: str | Path) -> NDArray[np.uint8]:
     """Read a picture file.
 
-    Transparency is laid over white; the first frame of an animation is taken; the orientation a camera wrote
-    into a JPEG is applied. See `as_image` for 16-bit and float pictures.
+    Transparency is laid over white; the first frame of an animation is taken (`frame_count` says how many
+    there are); the orientation that a camera wrote into a JPEG or TIFF file is applied. See `as_image` for
+    16-bit and float pictures.
 
     Parameters
     ----------
@@ -36,8 +44,9 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
     Raises
     ------
     ImageError
-        If the file is missing, empty, truncated, not a picture, smaller than 8 px on a side, or larger than
-        100 million pixels.
+        If the file is missing, empty, truncated, not a picture, larger than 1 GiB, or the picture is smaller
+        than 8 px on a side or larger than 100 million pixels. Sizes are judged by the header, before anything
+        is decoded.
     """
     file = Path(path)
     data = _bytes_of(file)
@@ -46,7 +55,7 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
         _check_size(f"image {file}", *size)
     if is_truncated(data):
         raise ImageError(f"image {file} is truncated: its data ends before the picture does; copy it again")
-    array = _decode(data)
+    array = None if size is None else _decode(data)
     if array is None:
         raise ImageError(f"{file} is not an image that can be read: use PNG, JPEG, GIF, BMP, TIFF or WebP")
     return as_image(array, f"image {file}")
@@ -97,13 +106,16 @@ def _bytes_of(file: Path) -> bytes:
     if file.is_dir():
         raise ImageError(f"image {file} is a directory: name one file in it")
     try:
-        data = file.read_bytes()
+        with file.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise ImageError(f"image {file} does not exist: check the path") from None
     except OSError as error:
         raise ImageError(f"image {file} can't be read: {error.strerror or error}") from None
     if not data:
         raise ImageError(f"image {file} is empty (0 bytes): copy it again")
+    if len(data) > MAX_BYTES:
+        raise ImageError(f"image {file} has more than {MAX_BYTES:,} bytes: scale it down or compress it")
     return data
 
 
@@ -148,17 +160,29 @@ def _to_8_bit(values: NDArray[np.generic], name: str) -> NDArray[np.uint8]:
     if values.dtype.kind == "f":
         if highest > 255:
             raise ImageError(f"{name} holds floats up to {highest:g}: expected 0 to 1, or 0 to 255")
-        full_scale = 1.0 if highest <= 1 else 255.0
+        factor = 255.0 if highest <= 1 else 1.0
     else:
         if highest > 65535:
             raise ImageError(f"{name} holds integers up to {highest:g}: expected at most 16 bits")
         bits = max(8, int(highest).bit_length())
-        full_scale = 2.0 ** (bits + bits % 2) - 1
-    return np.round(values.astype(np.float64) * (255.0 / full_scale)).astype(np.uint8)
+        factor = 255.0 / (2.0 ** (bits + bits % 2) - 1)
+    pixels = np.empty(values.shape, np.uint8)
+    for rows in _row_blocks(values):
+        pixels[rows] = np.round(values[rows].astype(np.float64) * factor)
+    return pixels
 
 
 def _over_white(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Lay the colour channels over a white ground by the last channel, alpha."""
-    colour = pixels[..., :-1].astype(np.float64)
-    alpha = pixels[..., -1:].astype(np.float64) / 255.0
-    return np.round(colour * alpha + 255.0 * (1 - alpha)).astype(np.uint8)
+    flat = np.empty((*pixels.shape[:2], pixels.shape[2] - 1), np.uint8)
+    for rows in _row_blocks(pixels):
+        colour = pixels[rows, :, :-1].astype(np.float64)
+        alpha = pixels[rows, :, -1:].astype(np.float64) / 255.0
+        flat[rows] = np.round(colour * alpha + 255.0 * (1 - alpha))
+    return flat
+
+
+def _row_blocks(array: NDArray[np.generic]) -> Iterator[slice]:
+    """Rows in blocks of about a million pixels."""
+    step = max(1, _BLOCK // array.shape[1])
+    return (slice(i, i + step) for i in range(0, array.shape[0], step))
