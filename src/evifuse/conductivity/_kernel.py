@@ -239,10 +239,10 @@ def _normalise(total: Any, n: int, committed: Any, keep: bool) -> int:
         for c in range(frame):
             everything += total[c, t]
         known = committed[t] if keep else 1.0
-        share = known / everything if everything > 0.0 else 0.0
+        whole = everything if everything > 0.0 else 1.0
         rest = 1.0
         for c in range(frame):
-            total[c, t] *= share
+            total[c, t] = total[c, t] / whole * known
             rest -= total[c, t]
         total[frame, t] = rest if rest >= 1e-15 else 0.0
     return frame + 1

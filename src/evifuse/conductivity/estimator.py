@@ -81,7 +81,8 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
     reading : Reading or None
         How appendix A is read; chosen by cross-validation by default.
     max_prototypes : int
-        At most so many prototypes for each class and source.
+        At most so many prototypes for each class and source. The evidence is about the classes already, so
+        that more than one rarely helps.
     random_state : int, RandomState or None
         Seed of folds and clusters.
 
@@ -117,7 +118,7 @@ class ConductivityClassifier(ClassifierMixin, BaseEstimator):  # pyright: ignore
         *,
         sources: Sequence[Sequence[int]] | None = None,
         reading: Reading | None = None,
-        max_prototypes: int = 3,
+        max_prototypes: int = 1,
         random_state: Any = 0,
     ) -> None:
         self.sources = sources
