@@ -221,6 +221,7 @@ class Batch:
         total = xp.sum(pooled, axis=0)
         none = xp.zeros_like(total)
         known = committed if self.reading.keep_ignorance else xp.ones_like(total)
+        known = xp.where(total > 0, known, none)
         masses = pooled / xp.where(total > 0, total, none + 1.0) * known
         rest = 1.0 - xp.sum(masses, axis=0)
         rest = xp.where(rest < 1e-15, none, rest)

@@ -240,6 +240,7 @@ def _normalise(total: Any, n: int, committed: Any, keep: bool) -> int:
             everything += total[c, t]
         known = committed[t] if keep else 1.0
         whole = everything if everything > 0.0 else 1.0
+        known = known if everything > 0.0 else 0.0
         rest = 1.0
         for c in range(frame):
             total[c, t] = total[c, t] / whole * known
