@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from glob import glob, has_magic
@@ -246,7 +246,7 @@ def _check_file(path: str) -> None:
 
 
 @contextmanager
-def _opened(source: str | int) -> Iterator[Any]:
+def _opened(source: str | int) -> Generator[Any]:
     """A capture without OpenCV's own messages."""
     import cv2
 

@@ -11,13 +11,11 @@ from evifuse.recordings import messages
 from evifuse.recordings.checks import finite, unit
 from evifuse.recordings.headers import declared_size, is_truncated
 from evifuse.recordings.images import MAX_PIXELS, as_image
+from evifuse.recordings.intrinsics import intrinsics_of, undistorted
 from evifuse.recordings.mcap_reader import Topic
 from evifuse.recordings.recording import Camera
 
-__all__ = ["DISTORTION_MODELS", "picture"]
-
-DISTORTION_MODELS = ("plumb_bob", "rational_polynomial")
-"""Lens models of ``CameraInfo`` whose distortion is removed from the picture when it is read."""
+__all__ = ["picture"]
 
 
 def picture(topics: dict[str, Topic], name: str) -> tuple[NDArray[np.uint8] | None, Camera | None]:
@@ -56,8 +54,8 @@ def picture(topics: dict[str, Topic], name: str) -> tuple[NDArray[np.uint8] | No
             f"{name}: {messages.CAMERA_INFO} is for {info.width}x{info.height} px, but the picture has "
             f"{width}x{height} px: record the camera's own calibration"
         )
-    matrix = _intrinsics(info, name)
-    image = _undistorted(image, matrix, info, name)
+    known = intrinsics_of(info.k, info.d, info.distortion_model, (width, height), name)
+    image = undistorted(image, known, name)
     poses = _decoded(topics, messages.CAMERA_POSE, name)
     if not poses:
         return image, None
@@ -67,7 +65,7 @@ def picture(topics: dict[str, Topic], name: str) -> tuple[NDArray[np.uint8] | No
     position = finite([p.x, p.y, p.z], messages.CAMERA_POSE, (3,), name)
     orientation = finite([[q.x, q.y, q.z, q.w]], messages.CAMERA_POSE, (1, 4), name)
     orientation = unit(orientation, "camera orientation", name)[0]
-    return image, Camera(width, height, matrix, position, orientation)
+    return image, Camera(width, height, known.matrix, position, orientation)
 
 
 def _decoded(topics: dict[str, Topic], key: str, name: str) -> list[Any]:
@@ -102,34 +100,3 @@ def _image(message: Any, name: str) -> NDArray[np.uint8]:
         return as_image(decoded, where)
     except ImageError as error:
         raise RecordingError(str(error)) from error
-
-
-def _intrinsics(info: Any, name: str) -> NDArray[np.float64]:
-    matrix = finite(info.k, f"matrix k of {messages.CAMERA_INFO}", (9,), name).reshape(3, 3)
-    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and abs(matrix[2, 2] - 1) < 1e-9):
-        raise RecordingError(
-            f"{name}: matrix k of {messages.CAMERA_INFO} is not that of a calibrated camera: calibrate it"
-        )
-    return matrix
-
-
-def _undistorted(
-    image: NDArray[np.uint8], matrix: NDArray[np.float64], info: Any, name: str
-) -> NDArray[np.uint8]:
-    if not np.any(info.d):
-        return image
-    if info.distortion_model not in DISTORTION_MODELS:
-        raise RecordingError(
-            f"{name}: lens model {info.distortion_model!r} of {messages.CAMERA_INFO} is not known: "
-            f"rectify the picture first, or use one of {', '.join(DISTORTION_MODELS)}"
-        )
-    import cv2
-
-    coefficients = finite(info.d, f"lens coefficients of {messages.CAMERA_INFO}", (len(info.d),), name)
-    try:
-        return cv2.undistort(image, matrix, coefficients).astype(np.uint8)
-    except cv2.error as error:
-        raise RecordingError(
-            f"{name}: {len(info.d)} lens coefficients of {messages.CAMERA_INFO} do not fit the model "
-            f"{info.distortion_model!r}: calibrate again"
-        ) from error
