@@ -191,7 +191,7 @@ def by_training(split: Split, reading: Reading | None) -> Predictor:
 
     names = split.classes.tolist()
     bases = {
-        name: train(m, split.labels.tolist(), reading=reading, max_prototypes=6, seed=split.seed)
+        name: train(m, split.labels.tolist(), reading=reading, seed=split.seed)
         for name, m in evidence_of(split, split.train).items()
     }
 
