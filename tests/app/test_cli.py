@@ -225,7 +225,7 @@ def test_own_knowledge(run: Run, picture: Path, tmp_path: Path) -> None:
 BAD = [
     (["shape"], "IMAGE"),
     (["shape", "{tmp}/missing.png"], "missing.png"),
-    (["shape", "{tmp}"], "{tmp}"),
+    (["shape", "{tmp}/folder"], "{tmp}/folder"),
     (["shape", "{tmp}/empty.png"], "empty.png"),
     (["shape", "{tmp}/text.png"], "text.png"),
     (["shape", "{tmp}/cut.png"], "cut.png"),
@@ -261,6 +261,7 @@ def test_mistakes_end_with_one_line_and_exit_code_2(
     (tmp_path / "empty.png").write_bytes(b"")
     (tmp_path / "empty.mcap").write_bytes(b"")
     (tmp_path / "text.png").write_text("not an image\n")
+    (tmp_path / "folder").mkdir()
     (tmp_path / "cut.png").write_bytes(whole[: len(whole) // 2])
     cv2.imwrite(str(tmp_path / "dot.png"), np.zeros((1, 1), np.uint8))
     (tmp_path / "bad.yaml").write_text("frame:\n  R: rectangle\nclasses:\n  a:\n    A:\n      X: 1\n")
@@ -281,7 +282,7 @@ def test_mistakes_end_with_one_line_and_exit_code_2(
 def test_our_own_mistakes_end_with_exit_code_1(
     run: Run, picture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import evifuse.app.commands as commands
+    import evifuse.app.shapes as commands
 
     def broken(*_: object) -> None:
         raise ZeroDivisionError("a slip of ours")

@@ -16,9 +16,8 @@ from evifuse.recordings.recording import Scene
 from evifuse.simulation import SimulatedScene
 from evifuse.touch import sense_curvature
 from evifuse.touch.smearing import BeliefModel
-from evifuse.vision import sense_shapes
 
-__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_shape", "run_simulate", "run_touch"]
+__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_simulate", "run_touch"]
 
 
 def _print_json(value: Any) -> None:
@@ -32,42 +31,6 @@ def _console() -> Console:
 def _notice(text: str) -> None:
     """What a person wants to know, beside the output proper."""
     print(f"evifuse: {text}", file=sys.stderr)
-
-
-def run_shape(image: Path, knowledge: str, as_json: bool, draw: Path | None) -> None:
-    """See the shapes in a picture.
-
-    Parameters
-    ----------
-    image : Path
-        Picture, or MCAP with one.
-    knowledge : str
-        Name or path of the classes of shape features.
-    as_json : bool
-        Print JSON.
-    draw : Path or None
-        Picture to write.
-
-    Raises
-    ------
-    UsageError
-        If an MCAP file holds no picture.
-    """
-    base = load_knowledge(knowledge)
-    picture = read_scene(image).image
-    if picture is None:
-        raise UsageError(f"{image}: holds no picture")
-    objects = sense_shapes(picture, base)
-    if draw is not None:
-        from evifuse.app.draw import draw_shapes
-
-        draw_shapes(picture, objects, draw)
-    if as_json:
-        _print_json({"objects": [o.to_json() for o in objects]})
-        return
-    from evifuse.app.report import report_shapes
-
-    report_shapes(objects, _console(), why=True)
 
 
 def run_touch(recording: Path, knowledge: str, belief: BeliefModel, as_json: bool, draw: Path | None) -> None:

@@ -29,7 +29,11 @@ Json = Annotated[
 ]
 Draw = Annotated[
     Path | None,
-    Parameter(name="--draw", group=OUTPUT, help="Also draw what was seen and felt into this PNG."),
+    Parameter(
+        name="--draw",
+        group=OUTPUT,
+        help="Also draw what was seen and felt into this PNG (for many pictures: folder).",
+    ),
 ]
 ShapeKnowledge = Annotated[
     str,
@@ -102,18 +106,43 @@ def fuse(
 
 @app.command
 def shape(
-    image: Path, /, *, shape_knowledge: ShapeKnowledge = "shape", json: Json = False, draw: Draw = None
+    *images: str,
+    camera: Annotated[
+        int | None, Parameter(help="Look through the camera of this number instead; Ctrl-C ends it.")
+    ] = None,
+    every: Annotated[int, Parameter(help="Take every so many frames of a video or camera.")] = 1,
+    frames: Annotated[
+        int | None, Parameter(help="Take at most so many frames of each video or of the camera.")
+    ] = None,
+    intrinsics: Annotated[
+        str | None,
+        Parameter(help="Camera fx,fy,cx,cy in px, or a ROS calibration file; an MCAP file brings its own."),
+    ] = None,
+    plane: Annotated[
+        str | None,
+        Parameter(
+            help="Plane nx,ny,nz,d that objects lie on, camera frame, d in metres: adds metres to pixels.",
+            allow_leading_hyphen=True,
+        ),
+    ] = None,
+    depth: Annotated[
+        str | None,
+        Parameter(help="Instead of --plane: depth in metres, or a depth picture (PNG, TIFF, NPY)."),
+    ] = None,
+    shape_knowledge: ShapeKnowledge = "shape",
+    json: Json = False,
+    draw: Draw = None,
 ) -> None:
-    """See the shapes in a picture.
+    """See the shapes in pictures, videos, or through a camera.
 
     Parameters
     ----------
-    image
-        Picture file, or an MCAP file that holds one.
+    images
+        Pictures, videos, MCAP files with a picture, folders of them, or patterns such as 'photos/*.jpg'.
     """
-    from evifuse.app.commands import run_shape
+    from evifuse.app.shapes import run_shape
 
-    run_shape(image, shape_knowledge, json, draw)
+    run_shape(images, camera, every, frames, intrinsics, plane, depth, shape_knowledge, json, draw)
 
 
 @app.command

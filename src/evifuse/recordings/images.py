@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from evifuse.errors import ImageError
 from evifuse.recordings.headers import declared_size, is_truncated
 
-__all__ = ["MAX_PIXELS", "MIN_SIDE_PX", "as_image", "read_image"]
+__all__ = ["MAX_BYTES", "MAX_PIXELS", "MIN_SIDE_PX", "as_image", "bytes_of", "decoded", "read_image"]
 
 MIN_SIDE_PX = 8
 """No outline can be told from noise in a picture that is narrower than this."""
@@ -49,13 +49,13 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
         is decoded.
     """
     file = Path(path)
-    data = _bytes_of(file)
+    data = bytes_of(file)
     size = declared_size(data)
     if size is not None:
         _check_size(f"image {file}", *size)
     if is_truncated(data):
         raise ImageError(f"image {file} is truncated: its data ends before the picture does; copy it again")
-    array = None if size is None else _decode(data)
+    array = None if size is None else decoded(data)
     if array is None:
         raise ImageError(f"{file} is not an image that can be read: use PNG, JPEG, GIF, BMP, TIFF or WebP")
     return as_image(array, f"image {file}")
@@ -102,7 +102,24 @@ def as_image(array: ArrayLike, name: str = "image") -> NDArray[np.uint8]:
     return np.ascontiguousarray(pixels)
 
 
-def _bytes_of(file: Path) -> bytes:
+def bytes_of(file: Path) -> bytes:
+    """Content of a picture file.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+
+    Returns
+    -------
+    bytes
+        All of it.
+
+    Raises
+    ------
+    ImageError
+        If it can't be read, is empty, or is larger than 1 GiB.
+    """
     if file.is_dir():
         raise ImageError(f"image {file} is a directory: name one file in it")
     try:
@@ -119,8 +136,19 @@ def _bytes_of(file: Path) -> bytes:
     return data
 
 
-def _decode(data: bytes) -> NDArray[np.generic] | None:
-    """Decode with every channel and bit; None if OpenCV can't."""
+def decoded(data: bytes) -> NDArray[np.generic] | None:
+    """Decode a picture with every channel and bit.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+
+    Returns
+    -------
+    ndarray or None
+        None if OpenCV can't decode it.
+    """
     import cv2
 
     is_jpeg = data.startswith(b"\xff\xd8")
