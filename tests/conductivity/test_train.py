@@ -278,3 +278,45 @@ def test_the_guide_says_what_happens() -> None:
     found = doctest.testfile(str(guide), module_relative=False)
     assert found.attempted >= 10
     assert found.failed == 0
+
+
+def _felt(rng: np.random.Generator, count: int) -> tuple[MassFunction, list[str]]:
+    """Evidence of a sensor: flat things show one set, bent ones one of three others, with crumbs."""
+    frame = Frame(["flat", "dome", "bowl", "saddle"])
+    labels, rows = [], []
+    for i in range(count):
+        masses = rng.uniform(0, 0.02, 4)
+        masses[0 if i % 2 else 1 + rng.integers(3)] = rng.uniform(0.5, 0.9)
+        labels.append("plate" if i % 2 else "body")
+        rows.append([*masses.tolist(), 1.0 - masses.sum()])
+    return MassFunction(frame, [*frame.hypotheses, frame], rows), labels
+
+
+def test_kinds_of_evidence_become_prototypes_where_a_mean_resembles_none() -> None:
+    seen, labels = _felt(np.random.default_rng(0), 120)
+    base = train(seen, labels, reading=READINGS["working"], max_prototypes=4)
+    body, plate = base.aggregates
+    leaders = {
+        max(x.as_dict(), key=lambda s: x.as_dict()[s] * (s != "frame")) for x in body.prototypes.values()
+    }
+    assert leaders == {"dome", "bowl", "saddle"}
+    assert len(plate.prototypes) == 1
+    assert all(
+        (x.masses > 0).all() and len(x.focal_sets) == 2
+        for a in base.aggregates
+        for x in a.prototypes.values()
+    )
+    fresh, truth = _felt(np.random.default_rng(1), 200)
+    found = classify(fresh, base)
+    right = np.array(base.classes)[found.decisions] == np.array(truth)
+    assert right.mean() > 0.95
+
+
+def test_the_best_choice_of_readings_can_be_one_of_kinds() -> None:
+    seen, labels = _felt(np.random.default_rng(2), 80)
+    report = train_report(seen, labels, max_prototypes=4)
+    tried = {t.reading.rsplit("-", 1)[0] for t in report.trials}
+    assert {"layers", "firm", "kinds", "firm-kinds"} <= tried
+    fresh, truth = _felt(np.random.default_rng(3), 200)
+    right = np.array(report.knowledge.classes)[classify(fresh, report.knowledge).decisions] == np.array(truth)
+    assert right.mean() > 0.9

@@ -11,6 +11,7 @@ from evifuse.conductivity.aggregate import Aggregate, KnowledgeBase
 from evifuse.conductivity.clusters import Met, clustered, divergences, meet
 from evifuse.conductivity.compiled import compile  # noqa: A004
 from evifuse.conductivity.entropy import inner_entropy, ratio
+from evifuse.conductivity.kinds import best_of_each, typical
 from evifuse.conductivity.reading import Reading
 
 __all__ = ["Trial", "choose", "folds_of", "knowledge_of", "learned_by_class", "probabilities"]
@@ -100,6 +101,10 @@ def learned_by_class(met: Met, codes: Codes, counts: Sequence[Sequence[int]], se
     out: list[list[Array]] = []
     for k, wanted in enumerate(counts):
         mine = met.take(np.flatnonzero(codes == k))
+        if met.reading.negligible > 0:
+            out.append(typical(mine, range(1, max(wanted) + 1)))
+            out[-1] = [out[-1][count - 1] for count in wanted]
+            continue
         out.append([clustered(mine, count, np.random.default_rng([seed, k])) for count in wanted])
     return out
 
@@ -132,7 +137,10 @@ def knowledge_of(
     aggregates = [
         Aggregate(
             label,
-            {f"{label}_{i + 1}": MassFunction(met.frame, met.focal_sets, x) for i, x in enumerate(found)},
+            {
+                f"{label}_{i + 1}": MassFunction(met.frame, met.focal_sets[x > 0], x[x > 0])
+                for i, x in enumerate(found)
+            },
         )
         for label, found in zip(classes, learned, strict=True)
     ]
@@ -233,6 +241,9 @@ class _Rehearsal:
         for chosen, learned in zip(self.folds, self.learned[met.reading], strict=True):
             part = met.take(np.flatnonzero(chosen))
             for k, choices in enumerate(learned):
+                if met.reading.negligible > 0:
+                    out[chosen, k, : len(choices)] = best_of_each(part, choices)
+                    continue
                 for i, found in enumerate(choices):
                     x = MassFunction.trusted(met.frame, met.focal_sets, found)
                     both = part.inner[:, None] + inner_entropy(x, met.reading)

@@ -27,6 +27,7 @@ _LAYERS = replace(READINGS["working"], negligible=0.0, similarity_offset=1.0)
 UNTRIED = "layers-16"
 """The reading where no case can be held out to choose one."""
 
+_KIND_COUNTS = (8, 16, 32, 64)
 _COUNTS = (4, 8, 16, 32, 64, 128, 256)
 
 LAYERS = {f"layers-{n}": replace(_LAYERS, sharpness=float(n)) for n in _COUNTS}
@@ -37,11 +38,17 @@ TRAINED_READINGS: dict[str, Reading] = {
     "smooth": replace(READINGS["sound"], pooling="max", smoothing=0.1),
     **LAYERS,
     **{f"firm-{n}": replace(_LAYERS, sharpness=float(n), keep_ignorance=False) for n in _COUNTS},
+    **{f"kinds-{n}": replace(READINGS["working"], sharpness=float(n)) for n in _KIND_COUNTS},
+    **{
+        f"firm-kinds-{n}": replace(READINGS["working"], sharpness=float(n), keep_ignorance=False)
+        for n in _KIND_COUNTS
+    },
 }
 """Readings that training tries if none is given, pooled so that more prototypes are no advantage.
 
 ``firm`` ones are the ``layers`` without the ignorance of the evidence: half-hearted evidence that is right as
-a rule deserves a firm answer, and held-out cases tell.
+a rule deserves a firm answer, and held-out cases tell. ``kinds`` take their prototypes from the kinds of
+evidence that occur, which evidence with different focal sets in every case needs.
 """
 
 
@@ -78,7 +85,8 @@ def train(
 
     The cases of a class are clustered by the divergence of A.6. A prototype's beliefs are the mean masses of
     its cluster (frequencies of occurrence, section 3.3) with a residual of 1 / (n + 1) on the frame for n
-    cases, our own. How many prototypes a class gets, and how the formulas are read, is decided by
+    cases, our own; under a reading that leaves crumbs out it is one of the kinds of evidence that occur, by
+    which sets carry mass. How many prototypes a class gets, and how the formulas are read, is decided by
     cross-validation.
 
     Parameters
