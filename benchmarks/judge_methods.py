@@ -13,7 +13,7 @@ from judge_data import Masses, Split
 from numpy.typing import NDArray
 
 from evifuse.belief import MassFunction, dempster, pignistic
-from evifuse.conductivity import READINGS, KnowledgeBase, Reading, classify, normalised_belief
+from evifuse.conductivity import READINGS, KnowledgeBase, classify, normalised_belief
 from evifuse.knowledge import load_knowledge
 
 Array = NDArray[np.float64]
@@ -111,9 +111,8 @@ def estimator(split: Split, **settings: Any) -> Any:
 def on_features(split: Split) -> dict[str, Predictor]:
     """Conductivity with learned prototypes, and two other ways to join the very same evidence."""
     model = estimator(split)
-    ours = "conductivity trained" if split.table.masses is None else "conductivity of features"
     return {
-        ours: model.predict_proba,
+        "conductivity trained": model.predict_proba,
         "Dempster": lambda x: by_dempster(model.source_evidence(x)),
         "posterior product": lambda x: by_product(model.source_evidence(x)),
     }
@@ -157,17 +156,15 @@ def smooth(split: Split) -> dict[str, Predictor]:
     """Learned prototypes under the sound reading, the jump of A.8 smoothed."""
     from evifuse.conductivity.train import TRAINED_READINGS
 
-    reading = TRAINED_READINGS["smooth"]
-    if split.table.masses is not None:
-        return {"conductivity smooth": by_training(split, reading)}
-    return {"conductivity smooth": estimator(split, reading=reading).predict_proba}
+    model = estimator(split, reading=TRAINED_READINGS["smooth"])
+    return {"conductivity smooth": model.predict_proba}
 
 
 def on_masses(split: Split) -> dict[str, Predictor]:
     """For the senses' own evidence: prototypes learned from the masses themselves, and our own tables."""
     if split.table.masses is None:
         return {}
-    return {"conductivity trained": by_training(split, None)}
+    return {"conductivity of masses": by_training(split)}
 
 
 def own_tables(split: Split) -> dict[str, Predictor]:
@@ -184,14 +181,14 @@ def evidence_of(split: Split, x: Array) -> dict[str, MassFunction]:
     }
 
 
-def by_training(split: Split, reading: Reading | None) -> Predictor:
+def by_training(split: Split) -> Predictor:
     """A knowledge base learned from each sense's evidence, joined as the estimator joins its sources."""
     from evifuse.conductivity.estimator import joined
     from evifuse.conductivity.train import train
 
     names = split.classes.tolist()
     bases = {
-        name: train(m, split.labels.tolist(), reading=reading, seed=split.seed)
+        name: train(m, split.labels.tolist(), seed=split.seed)
         for name, m in evidence_of(split, split.train).items()
     }
 

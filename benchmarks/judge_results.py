@@ -22,7 +22,7 @@ ORDER = (
     "conductivity smooth",
     "conductivity chapter",
     "conductivity built in",
-    "conductivity of features",
+    "conductivity of masses",
     "Dempster",
     "posterior product",
     "evidential k-NN",
