@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.app.overlay import label_of, legend, overlay
 from evifuse.fusion import Fusion, project, touched_place
 from evifuse.recordings.atomic import replacing
 from evifuse.recordings.recording import Scene, TouchRecording
@@ -23,7 +24,7 @@ SEEN, FELT, BOTH, NOBODY = "#2f7ebc", "#d97a27", "#3a3a3a", "#b8b8b8"
 
 
 def draw_shapes(image: NDArray[np.uint8], objects: Sequence[SeenObject], path: Path) -> None:
-    """Draw a picture with its objects, and the belief of the first.
+    """Draw a picture with its objects, the scale of their colours, and the belief of the first.
 
     Parameters
     ----------
@@ -34,10 +35,14 @@ def draw_shapes(image: NDArray[np.uint8], objects: Sequence[SeenObject], path: P
     path : Path
         PNG to write.
     """
-    figure = _figure(12, 5)
-    left, right = figure.subplots(1, 2, width_ratios=[2, 1])
-    _image(left, image, objects, None, None)
+    figure, left, scale, right = _sheet(image.shape[1], image.shape[0])
+    unnamed = overlay(left, image, objects)
+    title = f"Seen: {len(objects)} object{'' if len(objects) == 1 else 's'}"
+    left.set_title(title + (f", {unnamed} of them weak or hidden: no label" if unnamed else ""), loc="left")
+    legend(scale)
     _shape_bars(right, objects[0] if objects else None)
+    if objects:
+        right.set_title(f"Belief in the first: {label_of(objects[0])}", loc="left")
     _save(figure, path)
 
 
@@ -77,19 +82,41 @@ def draw_fusion(scene: Scene, fusion: Fusion, path: Path) -> None:
     axes = figure.subplots(2, 3, width_ratios=[1.5, 1, 1])
     place = None if fusion.touch is None else touched_place(fusion.touch)
     contact = None if scene.camera is None or place is None else project(scene.camera, place)
-    _image(axes[0, 0], scene.image, fusion.objects, fusion.shape, contact)
     _patch(axes[0, 1], scene.touch)
     _curvatures(axes[0, 2], fusion.touch)
     _shape_bars(axes[1, 1], fusion.shape)
     _touch_bars(axes[1, 2], fusion.touch)
     _fused_bars(axes[1, 0], fusion)
+    _image(axes[0, 0], scene.image, fusion.objects, fusion.shape, contact)
     _save(figure, path)
 
 
 def _figure(width: float, height: float) -> "Figure":
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), dpi=100, layout="constrained")
+    figure = Figure(figsize=(width, height), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _sheet(width: int, height: int) -> tuple["Figure", "Axes", "Axes", "Axes"]:
+    """A figure with places for a picture, a scale of colours and bars; small pictures are enlarged."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    zoom = min(max(1.0, min(720 / width, 560 / height)), 1500 / width, 1100 / height)
+    wide, high = max(width * zoom, 240), max(height * zoom, 420)
+    sheet = wide + 440, high + 50
+    figure = Figure(figsize=(sheet[0] / 100, sheet[1] / 100), dpi=100)
+    FigureCanvasAgg(figure)
+
+    def place(x: float, y: float, w: float, h: float) -> "Axes":
+        return figure.add_axes((x / sheet[0], 1 - (y + h) / sheet[1], w / sheet[0], h / sheet[1]))
+
+    picture = place(10, 34, wide, high)
+    picture.set_anchor("NW")
+    return figure, picture, place(wide + 120, 34, 300, 12), place(wide + 120, 104, 300, 240)
 
 
 def _save(figure: "Figure", path: Path) -> None:
@@ -111,42 +138,14 @@ def _image(
     touched: SeenObject | None,
     contact: tuple[float, float] | None,
 ) -> None:
-    from matplotlib import colormaps
-    from matplotlib.patches import Rectangle
-
-    title = "Seen: fitted edges, tinted by belief"
+    title = "Seen: fitted edges, brighter with belief"
     if image is None:
         _nothing(axes, title, "no picture")
         return
-    height, width = image.shape[:2]
-    if image.ndim == 2:
-        axes.imshow(image, cmap="gray", vmin=0, vmax=255)
-    else:
-        axes.imshow(image[..., ::-1])
-    tint = colormaps["viridis"]
-    for seen in objects:
-        chosen = seen is touched or touched is None
-        x, y, w, h = seen.box
-        axes.add_patch(Rectangle((x, y), w, h, fill=False, lw=1.5 if chosen else 0.6, ec="white", ls=":"))
-        for edge in seen.fitted_edges:
-            (x0, y0), (x1, y1) = edge.start, edge.end
-            axes.plot(
-                [x0, x1], [y0, y1], color=tint(edge.belief), lw=3 if chosen else 1.5, solid_capstyle="round"
-            )
-        label = f"{seen.classification.decision or 'unknown'} {seen.classification.belief.masses.max():.2f}"
-        if len(objects) <= 12 or seen is touched:
-            axes.annotate(
-                label,
-                (x, max(y, 0)),
-                color="white",
-                fontsize=8,
-                va="bottom",
-                bbox={"facecolor": BOTH, "alpha": 0.7, "pad": 1.5, "edgecolor": "none"},
-            )
+    overlay(axes, image, objects, touched)
     if contact is not None:
         axes.plot(*contact, marker="+", ms=14, mew=2.5, color="red")
         axes.annotate("touched", contact, xytext=(8, 6), textcoords="offset points", color="red", fontsize=9)
-    axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])
     axes.set_title(title, loc="left")
 
 

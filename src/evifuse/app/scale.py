@@ -15,6 +15,7 @@ from evifuse.errors import ImageError, UsageError
 from evifuse.recordings.depth import read_depth
 from evifuse.recordings.intrinsics import Intrinsics, read_intrinsics, undistorted
 from evifuse.vision import SeenObject
+from evifuse.vision.lifting import rays_of
 from evifuse.vision.metric import Plane, Surface, measure
 
 __all__ = ["Scale", "find_scale"]
@@ -81,6 +82,8 @@ class Scale:
         ------
         ImageError
             If camera or depth picture are for pictures of another size.
+        UsageError
+            If all of the plane is behind the camera.
         """
         camera = self.camera(picture)
         size = (picture.image.shape[1], picture.image.shape[0])
@@ -95,7 +98,20 @@ class Scale:
                 f"{picture.path} is {size[0]} x {size[1]} px, but the depth picture {wide} x {high} px: "
                 "they must cover the same pixels"
             )
+        if isinstance(self.surface, Plane):
+            self._check_in_view(self.surface, camera, picture.path, size)
         return replace(picture, image=undistorted(picture.image, camera, self.name))
+
+    @staticmethod
+    def _check_in_view(plane: Plane, camera: Intrinsics, path: str, size: tuple[int, int]) -> None:
+        """Refuse a plane that no corner of the picture sees."""
+        ends = np.array([[0, 0], [size[0], 0], [0, size[1]], size], np.float64) - 0.5
+        towards = rays_of(ends, camera.matrix) @ plane.normal
+        if not (towards * plane.distance_m > 0).any():
+            raise UsageError(
+                f"{path}: the plane lies behind the camera: with normal {plane.normal.round(3).tolist()} its "
+                f"distance must be {-plane.distance_m:g} m, not {plane.distance_m:g} m"
+            )
 
     def to_json(self, picture: Picture, seen: SeenObject) -> dict[str, Any]:
         """An object with its metres beside its pixels.
@@ -137,14 +153,19 @@ class Scale:
         table = Table(title="In metres", title_justify="left", title_style="bold", pad_edge=False, box=None)
         for column in ("object", "primitive", "size (m)", "at x, y, z (m)"):
             table.add_column(column)
+        left_out: list[str] = []
         for seen in objects:
             found = self.to_json(picture, seen)
             first = found["primitives"][0] if found["primitives"] else {"kind": "-"}
-            row = ["-", "-"] if "plane" not in found else _sizes(first)
+            row = ["-", "-"] if "not_measured" in found else _sizes(first)
             table.add_row(found["decision"] or "unknown", first["kind"], *row)
             if "not_measured" in found:
-                table.add_row("", "", found["not_measured"])
+                left_out.append(found["not_measured"])
         console.print(table)
+        if left_out:
+            console.print(
+                f"Not measured: {len(left_out)} of {len(objects)}, the first because {left_out[0]}."
+            )
 
 
 def _sizes(primitive: dict[str, Any]) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from evifuse.app.overlay import label_of
 from evifuse.app.pictures import Picture, Sources, camera_pictures, find_sources, pictures_of
 from evifuse.app.scale import Scale, find_scale
 from evifuse.conductivity import KnowledgeBase
@@ -177,6 +178,8 @@ def _many(
     start, pictures, objects = time.monotonic(), 0, 0
     broken: list[str] = []
     width = min(max(len(p) for p in sources.paths), 60)
+    if not as_json:
+        print(f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first")
     with _bar() as bar:
         task = bar.add_task("", total=len(sources.paths) if len(sources.paths) > 1 else None)
         done: set[str] = set()
@@ -243,15 +246,10 @@ def _line(
     name = picture.path.ljust(width)
     if picture.frame is not None:
         name += f" {picture.frame:6d} {picture.time_s:9.3f} s"
-    shown = [_named(o) for o in objects[:LISTED]]
+    shown = [label_of(o) for o in objects[:LISTED]]
     if len(objects) > LISTED:
         shown.append(f"{len(objects) - LISTED} more")
     return f"{name}  {', '.join(shown) or 'no object'}"
-
-
-def _named(seen: SeenObject) -> str:
-    decision = seen.classification.decision
-    return f"{decision or 'unknown'} {seen.classification.belief.as_dict().get(decision or 'frame', 0.0):.2f}"
 
 
 def _to_json(picture: Picture, objects: tuple[SeenObject, ...], scale: Scale | None) -> list[dict[str, Any]]:
