@@ -287,7 +287,25 @@ def centre(masses: Array, weights: Array) -> Array:
     means[-1] += 1.0 / (weights.sum() + 1.0)
     floored = np.maximum(means, min(FLOOR, 0.1 / count))
     digits = DIGITS if count <= MANY else DIGITS + 2
-    rounded = np.round(floored / floored.sum(), digits)
-    most = int(rounded.argmax())
-    rounded[most] = round(1.0 - float(np.delete(rounded, most).sum()), digits)
-    return rounded
+    return rounded(floored / floored.sum(), digits)
+
+
+def rounded(masses: Array, digits: int) -> Array:
+    """Masses of so many decimals that still sum to 1: the largest makes up for the others.
+
+    Parameters
+    ----------
+    masses : ndarray of float64, shape (F,)
+        They sum to 1.
+    digits : int
+        Decimals.
+
+    Returns
+    -------
+    ndarray of float64, shape (F,)
+        Rounded.
+    """
+    out = np.round(masses, digits)
+    most = int(out.argmax())
+    out[most] = round(1.0 - float(np.delete(out, most).sum()), digits)
+    return out

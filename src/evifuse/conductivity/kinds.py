@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from evifuse.belief import MassFunction
 from evifuse.conductivity.aggregate import Aggregate, KnowledgeBase
-from evifuse.conductivity.clusters import Met
+from evifuse.conductivity.clusters import DIGITS, Met, rounded
 from evifuse.conductivity.compiled import compile  # noqa: A004
 
 __all__ = ["best_of_each", "dimensions", "typical"]
@@ -19,8 +19,6 @@ Array = NDArray[np.float64]
 
 LOOKED_AT = 12
 """So many kinds, the most frequent ones, may become prototypes."""
-
-DIGITS = 4
 
 LAYERED = 32.0
 """Power of the interaction dimensions that are summed: as behind so many layers, only near cases count."""
@@ -103,7 +101,4 @@ def _mean(met: Met, rows: NDArray[np.intp]) -> Array:
     weights = met.weights[rows]
     means = (weights @ met.masses[rows]) / (weights.sum() + 1.0)
     means[-1] += 1.0 / (weights.sum() + 1.0)
-    rounded = np.round(means, DIGITS)
-    most = int(rounded.argmax())
-    rounded[most] = round(1.0 - float(np.delete(rounded, most).sum()), DIGITS)
-    return rounded
+    return rounded(means, DIGITS)
