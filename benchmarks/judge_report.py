@@ -35,11 +35,11 @@ def data(sets: list[Table]) -> str:
     for t in sets:
         sources = ", ".join(f"{name} ({len(columns)})" for name, columns in t.sources.items())
         rows.append([t.name, t.origin, str(len(t.labels)), str(len(np.unique(t.labels))), sources])
-    return "## Data\n\n" + table(["", "origin", "cases", "classes", "sources (features)"], rows)
+    return "## Data\n\n" + table(["", "origin", "cases", "classes", "sources (features)"], rows, " --- |")
 
 
-def table(head: list[str], rows: list[list[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" + " ---: |" * (len(head) - 1)]
+def table(head: list[str], rows: list[list[str]], align: str = " ---: |") -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" + align * (len(head) - 1)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
