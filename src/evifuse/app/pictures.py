@@ -188,11 +188,11 @@ def camera_pictures(number: int, every: int = 1, limit: int | None = None) -> It
         while limit is None or taken < limit:
             if not capture.grab():
                 raise ImageError(f"camera {number} gives no more pictures after {frame}: check its cable")
-            start = start if frame else time.monotonic()
+            now = time.monotonic()
+            start = start if frame else now
             if frame % every == 0:
-                elapsed = time.monotonic() - start
                 image = _retrieved(capture, f"camera {number}, frame {frame}")
-                yield Picture(f"camera {number}", image, frame, elapsed)
+                yield Picture(f"camera {number}", image, frame, now - start)
                 taken += 1
             frame += 1
 
