@@ -17,6 +17,7 @@ from evifuse.errors import ImageError, UsageError
 from evifuse.recordings.animation import frame_count
 from evifuse.recordings.files import IMAGE_SUFFIXES, read_scene
 from evifuse.recordings.images import MAX_PIXELS, as_image
+from evifuse.recordings.intrinsics import Intrinsics
 
 __all__ = ["VIDEO_SUFFIXES", "Picture", "Sources", "camera_pictures", "find_sources", "pictures_of"]
 
@@ -43,6 +44,8 @@ class Picture:
         When the frame was, seconds from the first one.
     note : str
         What a person should know about how it was read; empty for nothing.
+    camera : Intrinsics or None
+        Of the camera that took it; None as long as nobody asked.
     """
 
     path: str
@@ -50,6 +53,7 @@ class Picture:
     frame: int | None = None
     time_s: float | None = None
     note: str = ""
+    camera: Intrinsics | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Metres beside pixels: the camera and the plane or depth that ``evifuse shape`` is given."""
 
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -39,32 +38,6 @@ class Scale:
     surface: Surface
     name: str
 
-    def camera(self, picture: Picture) -> Intrinsics:
-        """Intrinsics of the camera that took a picture.
-
-        Parameters
-        ----------
-        picture : Picture
-            With its path.
-
-        Returns
-        -------
-        Intrinsics
-            Those that were given, else those of its recording.
-
-        Raises
-        ------
-        UsageError
-            If there are none.
-        """
-        if self.intrinsics is not None:
-            return self.intrinsics
-        if picture.path.lower().endswith(".mcap"):
-            return _recorded(picture.path)
-        raise UsageError(
-            f"{picture.path}: this picture has no intrinsics with it: give --intrinsics fx,fy,cx,cy"
-        )
-
     def rectified(self, picture: Picture) -> Picture:
         """The picture free of lens distortion, as a pinhole camera would have taken it.
 
@@ -76,16 +49,16 @@ class Scale:
         Returns
         -------
         Picture
-            The same if the lens has no distortion.
+            With its camera; the same image if the lens has no distortion.
 
         Raises
         ------
         ImageError
             If camera or depth picture are for pictures of another size.
         UsageError
-            If all of the plane is behind the camera.
+            If there are no intrinsics, or all of the plane is behind the camera.
         """
-        camera = self.camera(picture)
+        camera = self.intrinsics or _intrinsics_of(picture)
         size = (picture.image.shape[1], picture.image.shape[0])
         if camera.size is not None and camera.size != size:
             raise ImageError(
@@ -100,7 +73,7 @@ class Scale:
             )
         if isinstance(self.surface, Plane):
             self._check_in_view(self.surface, camera, picture.path, size)
-        return replace(picture, image=undistorted(picture.image, camera, self.name))
+        return replace(picture, image=undistorted(picture.image, camera, self.name), camera=camera)
 
     @staticmethod
     def _check_in_view(plane: Plane, camera: Intrinsics, path: str, size: tuple[int, int]) -> None:
@@ -119,7 +92,7 @@ class Scale:
         Parameters
         ----------
         picture : Picture
-            Where it was seen.
+            Where it was seen, rectified.
         seen : SeenObject
             The object.
 
@@ -130,8 +103,9 @@ class Scale:
             `plane`. Where the object can't be measured, `not_measured` says why instead.
         """
         found = seen.to_json()
+        camera = picture.camera or self.intrinsics or _intrinsics_of(picture)
         try:
-            metres = measure(seen, self.camera(picture).matrix, self.surface)
+            metres = measure(seen, camera.matrix, self.surface)
         except ImageError as error:
             return {**found, "not_measured": str(error)}
         for key in ("primitives", "fitted_edges"):
@@ -144,7 +118,7 @@ class Scale:
         Parameters
         ----------
         picture : Picture
-            Where they were seen.
+            Where they were seen, rectified.
         objects : tuple of SeenObject
             Most believed first.
         console : Console
@@ -178,9 +152,11 @@ def _sizes(primitive: dict[str, Any]) -> list[str]:
     return [" x ".join(f"{v:.3f}" for v in lengths) or "-", place]
 
 
-@cache
-def _recorded(path: str) -> Intrinsics:
-    return read_intrinsics(path)
+def _intrinsics_of(picture: Picture) -> Intrinsics:
+    """What a recording says of its camera."""
+    if picture.path.lower().endswith(".mcap"):
+        return read_intrinsics(picture.path)
+    raise UsageError(f"{picture.path}: this picture has no intrinsics with it: give --intrinsics fx,fy,cx,cy")
 
 
 def find_scale(intrinsics: str | None, plane: str | None, depth: str | None) -> Scale | None:
