@@ -3,6 +3,8 @@
 import json
 import os
 import pty
+import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -608,3 +610,54 @@ def test_what_can_not_be_measured_with(run: Run, tile: Path, arguments: list[str
     assert (code, out) == (2, "")
     assert says in err
     assert err.count("\n") == 1
+
+
+# The documentation
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "shape.md").read_text(encoding="utf-8")
+COMMANDS = [
+    line.split("#")[0].strip()
+    for block in re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
+    for line in block.splitlines()
+]
+
+
+def test_the_commands_of_the_documentation(
+    run: Run, film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert len(COMMANDS) == 12
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pictures, "_capture", lambda which: cv2.VideoCapture(str(film)))
+    image = cv2.resize(disc(), (320, 240))
+    for name in ("photo.jpg", "photos/a.jpg", "photos/deeper/b.jpg", "more/c.png"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        cv2.imwrite(name, image)
+    shutil.copy(film, "clip.mp4")
+    recorded(tmp_path / "scene.mcap", image)
+    yaml_of(tmp_path)
+    cv2.imwrite("depth.png", np.full((240, 320), 600, np.uint16))
+    for command in COMMANDS:
+        program, name, *arguments = shlex.split(command)
+        assert (program, name) == ("evifuse", "shape")
+        arguments = ["12" if a == "100" else "more/c.png" if a == "more/*.png" else a for a in arguments]
+        code, out, _ = run(*arguments)
+        assert code == 0, command
+        assert "elliptical" in out, command
+        if {"--plane", "--depth"} & set(arguments) and "--json" in arguments:
+            assert "axes_m" in out, command
+    assert sorted(p.name for p in (tmp_path / "drawn").iterdir()) == [
+        "a.png",
+        "clip-000000.png",
+        "clip-000005.png",
+        "clip-000010.png",
+    ]
+
+
+def test_every_field_in_metres_is_documented(run: Run, tile: Path, tmp_path: Path) -> None:
+    np.save(tmp_path / "depth.npy", np.full((240, 320), 2.0))
+    cv2.imwrite(str(tmp_path / "disc.png"), cv2.resize(disc(), (320, 240)))
+    for name in ("tile.png", "disc.png"):
+        _, out, _ = run(tmp_path / name, *CAMERA, "--depth", tmp_path / "depth.npy", "--json")
+        for field in set(re.findall(r'"(\w+_m|plane)"', out)):
+            assert f"`{field}`" in PAGE
