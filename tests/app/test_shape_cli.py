@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 import pytest
 
-from evifuse.app import pictures, shapes
+from evifuse.app import shapes, videos
 from evifuse.app.labels import place_labels
 from evifuse.app.main import main
 from evifuse.recordings import write_scene
@@ -119,6 +119,26 @@ def recorded(path: Path, image: np.ndarray) -> Path:
     camera = Camera(width, height, matrix, np.zeros(3), np.array([0.0, 0, 0, 1]))
     write_scene(path, Scene(image, camera, None))
     return path
+
+
+def test_a_name_of_any_bytes(run: Run, tmp_path: Path) -> None:
+    image = bytes(cv2.imencode(".png", disc())[1])
+    try:
+        (tmp_path / os.fsdecode(b"\xff.png")).write_bytes(image)
+    except OSError:
+        pytest.skip("this file system wants names in UTF-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "evifuse", "shape", str(tmp_path)], capture_output=True, text=True, check=True
+    )
+    assert "udcff.png  elliptical" in done.stdout
+    assert lines_of(run(tmp_path, "--json")[1])[0]["path"].endswith("\udcff.png")
+
+
+def test_a_closed_pipe_is_not_an_error(folder: Path) -> None:
+    command = f"{sys.executable} -m evifuse shape {folder} {folder}/deeper --json | head -c 1"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, check=False)
+    assert (done.returncode, done.stdout) == (0, b"{")
+    assert b"Traceback" not in done.stderr
 
 
 def test_a_recording_counts_as_a_picture(run: Run, tmp_path: Path) -> None:
@@ -305,8 +325,8 @@ def test_a_video_that_was_cut_off_gives_its_whole_frames_and_is_listed(run: Run,
 def test_a_gigantic_video_is_refused_before_a_frame_is_decoded(
     run: Run, film: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pictures, "MAX_PIXELS", 160 * 120 - 1)
-    monkeypatch.setattr(pictures, "_retrieved", None)
+    monkeypatch.setattr(videos, "MAX_PIXELS", 160 * 120 - 1)
+    monkeypatch.setattr(videos, "_retrieved", None)
     code, _, err = run(film)
     assert code == 2
     assert "160 x 120 px: scale it down" in err
@@ -315,7 +335,7 @@ def test_a_gigantic_video_is_refused_before_a_frame_is_decoded(
 @pytest.fixture
 def camera(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A camera with number 0 that shows the film once."""
-    monkeypatch.setattr(pictures, "_capture", lambda which: cv2.VideoCapture(str(film)))
+    monkeypatch.setattr(videos, "_capture", lambda which: cv2.VideoCapture(str(film)))
 
 
 @pytest.mark.usefixtures("camera")
@@ -423,6 +443,19 @@ def test_broken_jpegs_say_nothing_of_their_own(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["evifuse"] * 4
+
+
+@pytest.mark.slow
+def test_large_pictures_and_noise(tmp_path: Path) -> None:
+    """White noise shows nothing; a picture of 8K needs no more than 20 times its size in memory."""
+    benchmark = Path(__file__).parents[2] / "benchmarks" / "pictures.py"
+    command = [sys.executable, str(benchmark), "--seeds", "3", "--json", str(tmp_path / "figures.json")]
+    subprocess.run(command, capture_output=True, check=True)
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    white = [name for name in figures["noise"] if name.startswith(("gaussian", "uniform"))]
+    assert len(white) == 7
+    assert all(figures["noise"][name]["objects"] == 0 for name in white)
+    assert all(0 < kind["ratio"] < 20 for kind in figures["8K"].values())
 
 
 # Metres
@@ -628,7 +661,7 @@ def test_the_commands_of_the_documentation(
 ) -> None:
     assert len(COMMANDS) == 12
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(pictures, "_capture", lambda which: cv2.VideoCapture(str(film)))
+    monkeypatch.setattr(videos, "_capture", lambda which: cv2.VideoCapture(str(film)))
     image = cv2.resize(disc(), (320, 240))
     for name in ("photo.jpg", "photos/a.jpg", "photos/deeper/b.jpg", "more/c.png"):
         (tmp_path / name).parent.mkdir(exist_ok=True)

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from evifuse.app.draw import draw_shapes
-from evifuse.app.pictures import Picture, Sources
+from evifuse.app.pictures import Sources
+from evifuse.app.videos import Picture
 from evifuse.errors import UsageError
 from evifuse.vision import SeenObject
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from evifuse.app.pictures import Picture
+from evifuse.app.videos import Picture
 from evifuse.errors import ImageError, UsageError
 from evifuse.recordings.depth import read_depth
 from evifuse.recordings.intrinsics import Intrinsics, read_intrinsics, undistorted

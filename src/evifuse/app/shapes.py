@@ -12,8 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from evifuse.app.overlay import label_of
-from evifuse.app.pictures import Picture, Sources, camera_pictures, find_sources, pictures_of
+from evifuse.app.pictures import Sources, find_sources, pictures_of
 from evifuse.app.scale import Scale, find_scale
+from evifuse.app.videos import Picture, camera_pictures
 from evifuse.conductivity import KnowledgeBase
 from evifuse.errors import EvifuseError, ImageError, UsageError
 from evifuse.knowledge import load_knowledge
@@ -243,7 +244,7 @@ def _line(
         if picture.frame is not None:
             where |= {"frame": picture.frame, "time_s": picture.time_s}
         return json.dumps({**where, "objects": _to_json(picture, objects, scale)}, allow_nan=False)
-    name = picture.path.ljust(width)
+    name = picture.path.encode("utf-8", "backslashreplace").decode().ljust(width)  # any bytes can be a name
     if picture.frame is not None:
         name += f" {picture.frame:6d} {picture.time_s:9.3f} s"
     shown = [label_of(o) for o in objects[:LISTED]]
