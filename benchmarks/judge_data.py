@@ -53,6 +53,7 @@ class Split:
     truth: NDArray[np.intp]
     classes: NDArray[Any]
     seed: int
+    groups: NDArray[Any] | None = None
 
 
 def tables(evidence: Path | None) -> Iterator[Table]:
@@ -234,7 +235,8 @@ def split(table: Table, seed: int) -> Split:
     train, test = order[~held_out[order]], np.flatnonzero(held_out)
     classes, truth = np.unique(table.labels, return_inverse=True)
     tests = {name: changed(table, table.features[test], name, seed) for name in conditions(table)}
-    return Split(table, table.features[train], table.labels[train], tests, truth[test], classes, seed)
+    groups = None if table.groups is None else table.groups[train]
+    return Split(table, table.features[train], table.labels[train], tests, truth[test], classes, seed, groups)
 
 
 def conditions(table: Table) -> tuple[str, ...]:
@@ -271,4 +273,7 @@ def shortened(whole: Split, size: str) -> Split | None:
         return whole
     ranks = np.array([np.sum(whole.labels[:i] == label) for i, label in enumerate(whole.labels)])
     kept = ranks < int(size)
-    return None if kept.all() else replace(whole, train=whole.train[kept], labels=whole.labels[kept])
+    if kept.all():
+        return None
+    groups = None if whole.groups is None else whole.groups[kept]
+    return replace(whole, train=whole.train[kept], labels=whole.labels[kept], groups=groups)

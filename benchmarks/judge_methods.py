@@ -188,7 +188,7 @@ def by_training(split: Split) -> Predictor:
 
     names = split.classes.tolist()
     bases = {
-        name: train(m, split.labels.tolist(), seed=split.seed)
+        name: train(m, split.labels.tolist(), seed=split.seed, groups=split.groups)
         for name, m in evidence_of(split, split.train).items()
     }
 

@@ -320,3 +320,32 @@ def test_the_best_choice_of_readings_can_be_one_of_kinds() -> None:
     fresh, truth = _felt(np.random.default_rng(3), 200)
     right = np.array(report.knowledge.classes)[classify(fresh, report.knowledge).decisions] == np.array(truth)
     assert right.mean() > 0.9
+
+
+def test_folds_hold_whole_groups_out() -> None:
+    rng = np.random.default_rng(0)
+    codes = rng.integers(0, 2, 60)
+    groups = rng.integers(0, 7, 60)
+    folds = folds_of(codes, 5, 0, groups)
+    assert set(folds) == set(range(5))
+    assert all(len(set(folds[groups == g])) == 1 for g in range(7))
+    only = folds_of(np.array([0, 0, 1, 1, 0]), 5, 0, np.array([0, 0, 1, 1, 1]))
+    assert only[[2, 3]].tolist() == [-1, -1]
+
+
+def test_groups_are_kept_apart_where_copies_would_deceive() -> None:
+    """Ten copies of every case: parted at random, the copies give the answer."""
+    rng = np.random.default_rng(5)
+    frame = Frame(["a", "b", "c"])
+    own = rng.dirichlet([1.0, 1.0, 1.0, 1.0], 20)
+    seen = MassFunction(frame, ["a", "b", "c", frame], np.repeat(own, 10, axis=0))
+    labels = np.repeat(["x", "y"] * 10, 10)
+    people = np.repeat(np.arange(10), 20)
+    parted = train_report(seen, labels, reading={"one": TRAINED_READINGS["layers-64"]}, max_prototypes=6)
+    apart = train_report(
+        seen, labels, reading={"one": TRAINED_READINGS["layers-64"]}, max_prototypes=6, groups=people
+    )
+    best = {name: min(t.log_loss for t in r.trials) for name, r in {"parted": parted, "apart": apart}.items()}
+    assert best["apart"] > best["parted"]
+    with pytest.raises(InputError, match="as many groups"):
+        train(seen, labels, groups=people[:-1])

@@ -19,8 +19,8 @@ from evifuse.knowledge import save_knowledge
 __all__ = ["read_evidence", "run_train"]
 
 
-def read_evidence(path: Path, labels: Path | None) -> tuple[MassFunction, list[str]]:
-    """Evidence and the class of each case.
+def read_evidence(path: Path, labels: Path | None) -> tuple[MassFunction, list[str], list[str] | None]:
+    """Evidence, the class of each case, and its group.
 
     Parameters
     ----------
@@ -36,6 +36,8 @@ def read_evidence(path: Path, labels: Path | None) -> tuple[MassFunction, list[s
         Batch shape (N,).
     list of str
         The N labels.
+    list of str or None
+        The column ``group`` of a Parquet file, if there is one.
 
     Raises
     ------
@@ -53,8 +55,7 @@ def read_evidence(path: Path, labels: Path | None) -> tuple[MassFunction, list[s
     if labels is None:
         if reader is not from_parquet:
             raise UsageError(f"{path}: give --labels, a text file with the class of each case on a line")
-        m, names, *_ = read_labelled(path)
-        return m, names
+        return read_labelled(path)
     evidence = reader(path)
     try:
         lines = [line.strip() for line in labels.read_text(encoding="utf-8-sig").splitlines()]
@@ -68,7 +69,7 @@ def read_evidence(path: Path, labels: Path | None) -> tuple[MassFunction, list[s
         raise UsageError(f"{labels}: {len(lines)} labels for the {count} cases of {path}")
     if "" in lines:
         raise UsageError(f"{labels}:{lines.index('') + 1}: there is no label")
-    return evidence, lines
+    return evidence, lines, None
 
 
 def run_train(
@@ -109,7 +110,7 @@ def run_train(
         raise UsageError(f"--reading {reading!r}: there are {', '.join(known)}")
     if out.suffix.lower() not in (".yaml", ".yml"):
         raise UsageError(f"--out {out}: a knowledge base is written as YAML: name it {out.stem}.yaml")
-    m, names = read_evidence(evidence, labels)
+    m, names, groups = read_evidence(evidence, labels)
     try:
         report = train_report(
             m,
@@ -117,6 +118,7 @@ def run_train(
             reading=None if reading is None else {reading: known[reading]},
             max_prototypes=max_prototypes,
             seed=seed,
+            groups=groups,
             name=out.stem,
         )
     except EvifuseError as error:

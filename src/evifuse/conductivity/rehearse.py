@@ -53,8 +53,10 @@ class Trial:
     chosen: bool = False
 
 
-def folds_of(codes: Codes, count: int, seed: int) -> Codes:
+def folds_of(codes: Codes, count: int, seed: int, groups: Codes | None = None) -> Codes:
     """Fold of each case, stratified: cases of a class are dealt out evenly in a random order.
+
+    With groups, whole groups are dealt out, each to the fold with the fewest cases so far.
 
     Parameters
     ----------
@@ -64,18 +66,38 @@ def folds_of(codes: Codes, count: int, seed: int) -> Codes:
         Number of folds, 2 or more.
     seed : int
         Seed of the order.
+    groups : ndarray of int, shape (N,), optional
+        Group of each case, at least two of them.
 
     Returns
     -------
     ndarray of int, shape (N,)
-        From 0 to ``count - 1``; -1 for the only case of a class, which is always learned from.
+        From 0 to ``count - 1``; -1 for the only case of a class, which is always learned from, and for the
+        cases of a group with all of a class.
     """
     rng = np.random.default_rng(seed)
+    if groups is not None:
+        return _folds_of_groups(codes, count, groups, rng)
     out = np.full(len(codes), -1, dtype=np.intp)
     for k in np.unique(codes):
         mine = np.flatnonzero(codes == k)
         if len(mine) > 1:
             out[rng.permutation(mine)] = (np.arange(len(mine)) + rng.integers(count)) % count
+    return out
+
+
+def _folds_of_groups(codes: Codes, count: int, groups: Codes, rng: np.random.Generator) -> Codes:
+    sizes = np.bincount(groups)
+    filled = np.zeros(min(count, len(sizes)))
+    fold = np.empty(len(sizes), dtype=np.intp)
+    for group in rng.permutation(len(sizes)):
+        fold[group] = filled.argmin()
+        filled[fold[group]] += sizes[group]
+    out = fold[groups]
+    for k in np.unique(codes):
+        mine = codes == k
+        if len(np.unique(out[mine])) == 1:
+            out[mine] = -1
     return out
 
 
@@ -154,6 +176,7 @@ def choose(
     candidates: Mapping[str, Reading],
     most: int,
     seed: int,
+    groups: Codes | None = None,
 ) -> list[Trial]:
     """Try readings and numbers of prototypes on held-out cases.
 
@@ -171,6 +194,8 @@ def choose(
         At most so many prototypes for each class.
     seed : int
         Seed of folds and clusters.
+    groups : ndarray of int, shape (N,), optional
+        Group of each case: none is parted by the folds.
 
     Returns
     -------
@@ -179,7 +204,7 @@ def choose(
         held out.
     """
     sizes = np.bincount(codes)
-    fold_of = folds_of(codes, int(min(FOLDS, max(2, sizes.max()))), seed)
+    fold_of = folds_of(codes, int(min(FOLDS, max(2, sizes.max()))), seed, groups)
     held = fold_of >= 0
     if not held.any() or len(classes) < 2:
         return []

@@ -79,6 +79,7 @@ def train(
     reading: Reading | Mapping[str, Reading] | None = None,
     max_prototypes: int = 3,
     seed: int = 0,
+    groups: Sequence[Any] | NDArray[Any] | None = None,
     name: str = "trained",
 ) -> KnowledgeBase:
     """Learn a knowledge base from labelled evidence.
@@ -101,6 +102,9 @@ def train(
         At most so many prototypes for each class, 1 or more.
     seed : int
         Seed of the folds and of the first prototypes: the same seed gives the same knowledge base.
+    groups : sequence of N values, optional
+        What each case belongs to, for example the person who drew it. Cross-validation then holds whole
+        groups out, as it must where cases of a group are alike.
     name : str
         Title of the knowledge base.
 
@@ -126,7 +130,7 @@ def train(
     MassFunction(frame: 0.4667, round: 0.4666, flat: 0.0667)
     """
     return train_report(
-        evidence, labels, reading=reading, max_prototypes=max_prototypes, seed=seed, name=name
+        evidence, labels, reading=reading, max_prototypes=max_prototypes, seed=seed, groups=groups, name=name
     ).knowledge
 
 
@@ -137,6 +141,7 @@ def train_report(
     reading: Reading | Mapping[str, Reading] | None = None,
     max_prototypes: int = 3,
     seed: int = 0,
+    groups: Sequence[Any] | NDArray[Any] | None = None,
     name: str = "trained",
 ) -> TrainingReport:
     """Learn a knowledge base as `train` does, and tell what was tried.
@@ -153,6 +158,8 @@ def train_report(
         At most so many prototypes for each class.
     seed : int
         Seed of the folds and of the first prototypes.
+    groups : sequence of N values, optional
+        What each case belongs to: cross-validation holds whole groups out.
     name : str
         Title of the knowledge base.
 
@@ -175,7 +182,7 @@ def train_report(
     if isinstance(candidates, Reading):
         candidates = {"given": candidates}
     sizes = np.bincount(codes)
-    trials = choose(y, codes, classes, candidates, max_prototypes, seed)
+    trials = choose(y, codes, classes, candidates, max_prototypes, seed, _grouped(groups, len(codes)))
     best = next((t for t in trials if t.chosen), None)
     chosen = candidates[best.reading] if best else candidates.get(UNTRIED, next(iter(candidates.values())))
     counts = best.prototypes if best else (1,) * len(classes)
@@ -184,6 +191,17 @@ def train_report(
     source = f"learned from {len(codes)} cases, seed {seed}"
     knowledge = knowledge_of(met, classes, learned, chosen, name, source)
     return TrainingReport(knowledge, dict(zip(classes, sizes.tolist(), strict=True)), tuple(trials))
+
+
+def _grouped(groups: Sequence[Any] | NDArray[Any] | None, count: int) -> Codes | None:
+    """Index of the group of each case; None if all are of one group or each of its own."""
+    if groups is None:
+        return None
+    texts = [str(group) for group in groups]
+    if len(texts) != count:
+        raise InputError(f"{count} cases of evidence need as many groups, not {len(texts)}")
+    names, which = np.unique(np.array(texts), return_inverse=True)
+    return which.ravel().astype(np.intp) if 1 < len(names) < count else None
 
 
 def _checked(
