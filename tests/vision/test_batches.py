@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 
 from evifuse.vision import fit_edge
 from evifuse.vision.fit import fit_edges
-from evifuse.vision.geometry import area, cross, distances_to_polygon, resample
+from evifuse.vision.geometry import distances_to_polygon, resample
 from evifuse.vision.group import group_objects
 from evifuse.vision.join import joined_paths
 from evifuse.vision.link import link_chains
 from evifuse.vision.pieces import convex_pieces
 from evifuse.vision.primitives import Fits, outlines_of
-from evifuse.vision.reduce import reduce_polygons
 from evifuse.vision.sides import fit_sides
 
 RECTANGLE = np.array([[20.0, 20.0], [140.0, 20.0], [140.0, 80.0], [20.0, 80.0]])
@@ -69,38 +68,12 @@ def test_sides_go_to_the_right_polygon_and_missing_ones_are_missing() -> None:
     np.testing.assert_allclose(sides.listed(0)[1].end, RECTANGLE[2], atol=1e-9)
 
 
-@given(st.integers(0, 999), st.integers(5, 12))
-def test_a_reduced_polygon_holds_the_whole_and_does_not_depend_on_its_neighbours(
-    seed: int, count: int
-) -> None:
-    rng = np.random.default_rng(seed)
-    turns = np.sort(rng.random((2, count)), axis=1) * 2 * np.pi
-    both = np.stack([50 * np.cos(turns), 30 * np.sin(turns)], axis=-1)
-    counts = np.array([count, count - 1])
-    together = reduce_polygons(both, counts, (4, 3))
-    for k in (4, 3):
-        for i in (0, 1):
-            alone = reduce_polygons(both[i : i + 1, : counts[i]], counts[i : i + 1], (k,))[k][0]
-            np.testing.assert_allclose(together[k][i], alone, atol=1e-6)
-            if np.isfinite(alone).all() and np.abs(alone).max() < 1e4:
-                own = both[i, : counts[i]]
-                assert area(alone) >= area(own) - 1e-6
-                along = np.roll(alone, -1, axis=0) - alone
-                inwards = cross(along[:, None], own[None] - alone[:, None])
-                assert inwards.min() >= -1e-6 * np.abs(alone).max() ** 2
-
-
-def test_a_cut_corner_is_completed() -> None:
-    cut = np.array([[0.0, 0], [90, 0], [100, 10], [100, 60], [0, 60]])
-    four = reduce_polygons(cut[None], np.array([5]), (4,))[4][0]
-    assert {tuple(c) for c in four.round(6).tolist()} == {(0, 0), (100, 0), (100, 60), (0, 60)}
-
-
 @given(st.integers(0, 99), st.integers(3, 7))
 def test_distances_against_many_points_of_the_polygon(seed: int, corners: int) -> None:
     rng = np.random.default_rng(seed)
     polygons, points = rng.uniform(0, 100, (2, corners, 2)), rng.uniform(-20, 120, (2, 9, 2))
-    distance, side = distances_to_polygon(points, polygons)
+    distance, position = distances_to_polygon(points, polygons)
+    side = np.minimum(position.astype(int), corners - 1)
     for b in range(2):
         closed = np.concatenate([polygons[b], polygons[b, :1]])
         share = np.linspace(0, 1, 2001)[:, None]
@@ -108,6 +81,8 @@ def test_distances_against_many_points_of_the_polygon(seed: int, corners: int) -
         brute = np.linalg.norm(fine[None] - points[b, :, None, None], axis=-1).min(axis=2)
         np.testing.assert_allclose(distance[b], brute.min(axis=1), atol=0.1)
         np.testing.assert_allclose(brute[np.arange(9), side[b]], brute.min(axis=1), atol=0.1)
+        nearest = closed[side[b]] + (position[b] - side[b])[:, None] * np.diff(closed, axis=0)[side[b]]
+        np.testing.assert_allclose(np.linalg.norm(points[b] - nearest, axis=1), distance[b], atol=1e-9)
 
 
 def test_fitted_shapes_follow_their_outlines_and_only_theirs() -> None:
@@ -115,7 +90,11 @@ def test_fitted_shapes_follow_their_outlines_and_only_theirs() -> None:
     fits = Fits(outlines_of([link_chains((c,), True) for c in chains]))
     assert all([fits.quadrilateral.found[0], fits.triangle.found[1], fits.ellipse.found[2]])
     trust = [fits.quadrilateral.match.trust, fits.triangle.match.trust, fits.ellipse.match.trust]
-    assert np.argmax(trust, axis=0).tolist() == [0, 1, 2]
+    odds = [
+        np.exp(np.nan_to_num(f.odds)) * f.match.trust
+        for f in (fits.quadrilateral, fits.triangle, fits.ellipse)
+    ]
+    assert np.argmax(odds, axis=0).tolist() == [0, 1, 2]
     assert np.diag(trust).min() > 0.95
     apart = np.abs(fits.quadrilateral.corners[0][:, None] - RECTANGLE).max(axis=2)
     assert apart.min(axis=1).max() < 1
@@ -165,8 +144,9 @@ def test_pieces_are_joined_as_every_pair_compared_would_join_them() -> None:
 
 def test_one_outline_for_each_object() -> None:
     boxes = np.array([[0, 0, 100, 100], [10, 10, 90, 90], [300, 0, 340, 40], [0, 0, 20, 20]], np.float64)
-    assert group_objects(boxes, np.array([0.5, 0.55, 0.3, 0.05]), 0.08) == [0, 2]
-    assert group_objects(boxes, np.array([0.2, 0.55, 0.3, 0.05]), 0.08) == [1, 2]
+    scores = np.array([0.5, 0.55, 0.3, 0.05])
+    assert group_objects(boxes, scores, np.array([2.0, 1.0, 3.0, 4.0]), 0.08) == [2, 0]
+    assert group_objects(boxes, scores, np.array([1.0, 2.0, 0.5, 4.0]), 0.08) == [1, 2]
     for order in combinations(range(4), 2):
-        scores = np.where(np.isin(np.arange(4), order), 0.5, 0.0)
-        assert set(group_objects(boxes, scores, 0.08)) <= set(order)
+        some = np.where(np.isin(np.arange(4), order), 0.5, 0.0)
+        assert set(group_objects(boxes, some, scores, 0.08)) <= set(order)

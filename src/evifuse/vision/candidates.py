@@ -5,26 +5,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.vision.closing import closed_by_itself
+from evifuse.vision.geometry import distances_to_polygon
 from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Proposals
-from evifuse.vision.primitives.polygon import straight_deviation
+from evifuse.vision.primitives.fits import MOST_SECTIONS
+from evifuse.vision.primitives.odds import LEAST_DEVIATION
+from evifuse.vision.strokes import Strokes, accounted_for
 
 __all__ = ["Candidates", "candidates_of"]
 
 RESOLUTION_PX = 20.0
 """An outline so wide, in pixels of the picture, keeps half of its belief (our own)."""
 
-PIXEL_GRID_PX = 0.5
-"""Deviation that says nothing when straight and curved hypotheses are compared, px (our own)."""
+KIND_ODDS = {"triangle": 0.6, "quadrilateral": 0.0, "ellipse": 0.2}
+"""Logarithm of the odds of each kind of shape before anything is seen (our own, tuned)."""
 
 
-SIDES = 8
-"""An arc must follow the outline more closely than a polygon with so many sides does (our own)."""
+ACCOUNT_POWER = 4.0
+"""How fast belief falls with the share of the strokes that is not accounted for (our own, tuned)."""
+
+PIXEL_GRID_PX = 0.3
+"""Deviation that says nothing when arcs are compared with eight sides, px (our own)."""
 
 SIDES_MARGIN = 1.4
-"""Such a polygon, which has more freedom, must follow it so many times more closely to count (our own)."""
+"""Eight sides, which have more freedom, count if they follow so many times more closely (our own)."""
 
 WHOLE_ARC = 0.9
-"""Arcs that are seen and account for less are not compared with such a polygon: it follows cuts (our own)."""
+"""Arcs that are seen and account for less are not compared with eight sides: they follow cuts (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +57,22 @@ class Candidates:
 
     @property
     def scores(self) -> NDArray[np.float64]:
-        """Belief in the best primitive of each outline, in [0, 1], shape (B,)."""
-        return self.beliefs.max(axis=0)
+        """Belief in the best primitive of each outline, whatever else is there, in [0, 1], shape (B,)."""
+        without = [f["account"] for f in self.factors]
+        return (self.beliefs / np.maximum(without, 1e-9)).max(axis=0)
+
+    @property
+    def prominence(self) -> NDArray[np.float64]:
+        """How much each outline stands out, in no unit, shape (B,).
+
+        Belief in the best primitive, times the third power of the width, over that of the deviation, relative
+        to the tolerance, to the power of 1.25 (our own, tuned): of the outlines of one object the outer one,
+        unless it is followed badly.
+        """
+        outlines = self.outlines
+        least = np.min([np.where(p.proposed, p.deviation, np.inf) for p in self.proposals], axis=0)
+        closeness = np.hypot(least / outlines.tolerance, LEAST_DEVIATION) ** -1.25
+        return self.scores * outlines.width**3 * closeness
 
     @property
     def boxes(self) -> NDArray[np.float64]:
@@ -83,15 +104,15 @@ class Candidates:
         return tuple(sorted(found, key=lambda h: -h.belief))
 
 
-def candidates_of(outlines: Outlines, scale: float) -> Candidates:
+def candidates_of(outlines: Outlines, scale: float, strokes: Strokes) -> Candidates:
     """Everything that outlines might show.
 
     To the belief that each primitive gives, factors are applied that no primitive can know alone (our own).
-    *Rivalry*: where a polygon follows the outline more closely than the arc does, the arc loses the squared
-    ratio of their deviations, and the other way round. *Simplicity*: four sides are believed as far as three
-    are not enough. *Roundness*: where eight sides follow the outline much more closely than an arc, the arc
-    loses likewise, to nobody: an octagon is none of the primitives. *Resolution*: ``width / (width + 20
-    px)``.
+    *Rivalry*: triangle, quadrilateral and ellipse share one belief in proportion to their odds.
+    *Roundness*: where eight sides follow a whole outline much more closely than an arc, the arc loses the
+    squared ratio of their deviations, to nobody: an octagon is none of the primitives. *Account*: the share
+    of the strokes of the object that the primitive accounts for, to the fourth power. *Resolution*:
+    ``width / (width + 20 px)``.
 
     Parameters
     ----------
@@ -99,6 +120,8 @@ def candidates_of(outlines: Outlines, scale: float) -> Candidates:
         What is seen, in working pixels.
     scale : float
         Working pixels per pixel of the picture.
+    strokes : Strokes
+        What the outlines are part of, in working pixels.
 
     Returns
     -------
@@ -108,38 +131,47 @@ def candidates_of(outlines: Outlines, scale: float) -> Candidates:
     fits = Fits(outlines)
     proposals = tuple(propose(fits) for propose in PRIMITIVES.values())
     resolution = outlines.width / (outlines.width + scale * RESOLUTION_PX)
-    rivals = {curved: _least_deviation(proposals, not curved) for curved in (False, True)}
-    trust = np.where(fits.triangle.found, fits.triangle.match.trust, 0.0)
-    roundness = _roundness(fits)
-    factors: list[dict[str, NDArray[np.float64]]] = []
+    shares = _shares(proposals)
+    account: dict[str, NDArray[np.float64]] = {}
     for p in proposals:
-        rivalry = np.minimum(1.0, (rivals[p.curved] + PIXEL_GRID_PX) / (p.deviation + PIXEL_GRID_PX)) ** 2
-        simplicity = 1 - trust if p.kind in ("rectangle", "square") else np.ones_like(trust)
-        factors.append({"rivalry": rivalry, "simplicity": simplicity, "resolution": resolution})
-        if p.curved:
-            factors[-1]["roundness"] = roundness
+        if p.family not in account:
+            account[p.family] = accounted_for(strokes, p.shape, outlines.tolerance) ** ACCOUNT_POWER + 1e-6
+    factors = tuple(
+        {"rivalry": shares[p.family], "account": account[p.family], "resolution": resolution}
+        for p in proposals
+    )
+    roundness = _roundness(fits)
+    for p, f in zip(proposals, factors, strict=True):
+        if p.family == "ellipse":
+            f["roundness"] = roundness
     beliefs = np.array(
         [
             np.where(p.proposed, p.belief * np.prod(list(f.values()), axis=0), 0.0)
             for p, f in zip(proposals, factors, strict=True)
         ]
     )
-    return Candidates(outlines, proposals, tuple(factors), beliefs)
+    return Candidates(outlines, proposals, factors, beliefs)
 
 
-def _least_deviation(proposals: tuple[Proposals, ...], curved: bool) -> NDArray[np.float64]:
-    """How closely the best arc or polygon follows each outline; infinite if there is none."""
-    return np.min(
-        [np.where(p.proposed, p.deviation, np.inf) for p in proposals if p.curved == curved], axis=0
-    )
+def _shares(proposals: tuple[Proposals, ...]) -> dict[str, NDArray[np.float64]]:
+    """Share of each family of shapes in the belief about each outline, by the odds of its best member."""
+    best: dict[str, NDArray[np.float64]] = {}
+    for p in proposals:
+        odds = np.where(p.proposed, np.nan_to_num(p.odds, nan=-1e3), -1e3) + KIND_ODDS.get(p.family, 0.0)
+        best[p.family] = np.maximum(best.get(p.family, np.full_like(odds, -1e3)), odds)
+    odds = np.stack(list(best.values()))
+    weight = np.exp(odds - odds.max(axis=0))
+    return dict(zip(best, weight / weight.sum(axis=0), strict=True))
 
 
 def _roundness(fits: Fits) -> NDArray[np.float64]:
     """How much better an arc follows each outline than eight straight sides do, in [0, 1]."""
-    match = fits.ellipse.match
-    arcs = np.flatnonzero(fits.ellipse.found & (match.explained * match.coverage >= WHOLE_ARC))
-    straight = straight_deviation(fits.outlines, arcs, SIDES)
-    ratio = (straight + PIXEL_GRID_PX) / (match.deviation[arcs] + PIXEL_GRID_PX)
+    match, outlines = fits.ellipse.match, fits.outlines
+    whole = np.flatnonzero(fits.ellipse.found & (match.explained * match.coverage >= WHOLE_ARC))
+    polygon = closed_by_itself(fits.sections[MOST_SECTIONS], outlines.around)[whole]
+    distance, _ = distances_to_polygon(outlines.points[whole], polygon)
+    straight = np.nan_to_num(np.sqrt((distance**2).mean(axis=1)), nan=np.inf)
+    ratio = (straight + PIXEL_GRID_PX) / (match.deviation[whole] + PIXEL_GRID_PX)
     roundness = np.ones(len(match.fit))
-    roundness[arcs] = np.minimum(1.0, SIDES_MARGIN * ratio) ** 2
+    roundness[whole] = np.minimum(1.0, SIDES_MARGIN * ratio) ** 2
     return roundness

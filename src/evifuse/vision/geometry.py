@@ -112,7 +112,7 @@ def resample(polygon: Points, count: int) -> Points:
     return start + share[..., None] * (end - start)
 
 
-def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Distance of points from the nearest side of a closed polygon.
 
     Parameters
@@ -126,8 +126,8 @@ def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.fl
     -------
     distance : ndarray of float64, shape (..., N)
         Pixels.
-    side : ndarray of intp, shape (..., N)
-        Which side is nearest.
+    position : ndarray of float64, shape (..., N)
+        Where on the polygon each is nearest to: the number of the side, and the share of it that lies before.
     """
     along = following(polygon) - polygon
     x = points[..., :, None, 0] - polygon[..., None, :, 0]
@@ -135,8 +135,9 @@ def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.fl
     u, v = along[..., None, :, 0], along[..., None, :, 1]
     t = np.clip((x * u + y * v) / np.maximum(u * u + v * v, 1e-12), 0.0, 1.0)
     squared = (x - t * u) ** 2 + (y - t * v) ** 2
-    side = squared.argmin(axis=-1)
-    return np.sqrt(squared.min(axis=-1)), side
+    side = squared.argmin(axis=-1)[..., None]
+    share = np.take_along_axis(t, side, axis=-1)[..., 0]
+    return np.sqrt(np.take_along_axis(squared, side, axis=-1)[..., 0]), side[..., 0] + np.nan_to_num(share)
 
 
 def fit_line(points: Points, weights: NDArray[np.float64]) -> tuple[Points, Points]:

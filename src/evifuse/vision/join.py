@@ -64,30 +64,31 @@ def joined_paths(pieces: Pieces) -> tuple[Pieces, list[JoinedPath]]:
     paths : list of JoinedPath
         Paths of two or more of them.
     """
+    pieces = pieces.take(np.flatnonzero(~pieces.trimmed))
     sizes = np.array([len(p) for p in pieces.points])
     pieces = pieces.take(np.argsort(-sizes, kind="stable")[:MOST_PIECES])
-    straight = np.flatnonzero(pieces.turn < STRAIGHT_RAD)
-    twin = np.append(np.arange(len(pieces.points)), straight)
-    nodes = pieces.with_reversed(straight)
-    links = _links(nodes, twin)
-    turns, twins = nodes.turn.tolist(), twin.tolist()
+    nodes = pieces.with_reversed(np.flatnonzero(pieces.turn < STRAIGHT_RAD))
+    links = _links(nodes)
+    turns, spans = nodes.turn.tolist(), list(map(tuple, nodes.span.tolist()))
     paths: dict[frozenset[int], JoinedPath] = {}
     for i, nexts in enumerate(links.after):
         for j in nexts:
-            path, closed = _follow(i, j, turns, twins, links)
+            path, closed = _follow(i, j, turns, spans, links)
             turn = sum(turns[k] for k in path) + sum(links.turn[link] for link in pairwise(path))
             if turn > LEAST_TURN_RAD:
                 paths.setdefault(frozenset(path), JoinedPath(tuple(path), closed))
     return nodes, list(paths.values())
 
 
-def _links(nodes: Pieces, twin: NDArray[np.intp]) -> _Links:
+def _links(nodes: Pieces) -> _Links:
     """Every link edge from the end of a piece to the start of another that turns clockwise there."""
     starts = np.array([p[0] for p in nodes.points]).reshape(-1, 2)
     ends = np.array([p[-1] for p in nodes.points]).reshape(-1, 2)
     sizes = np.array([len(p) for p in nodes.points], np.float64)
     i, j = _near(starts, ends, sizes)
-    i, j = i[twin[i] != twin[j]], j[twin[i] != twin[j]]
+    span = nodes.span
+    disjoint = (span[i, 1] <= span[j, 0]) | (span[j, 1] <= span[i, 0])
+    i, j = i[disjoint], j[disjoint]
     gap = starts[j] - ends[i]
     apart = np.hypot(gap[:, 0], gap[:, 1])
     turn = _angle(nodes.last[i], nodes.first[j])
@@ -151,9 +152,11 @@ def _angle(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64
     return np.arctan2(cross(u, v), (u * v).sum(axis=-1))
 
 
-def _follow(i: int, j: int, turns: list[float], twins: list[int], links: _Links) -> tuple[list[int], bool]:
+def _follow(
+    i: int, j: int, turns: list[float], spans: list[tuple[int, int]], links: _Links
+) -> tuple[list[int], bool]:
     """Path through i and j, forwards and then backwards, until it closes, ends or has turned once round."""
-    path, used = [i, j], {twins[i], twins[j]}
+    path, used = [i, j], [spans[i], spans[j]]
     turn = turns[i] + turns[j] + links.turn[i, j]
     for forwards in (True, False):
         while turn < 6.6 and len(path) < 9:
@@ -163,12 +166,13 @@ def _follow(i: int, j: int, turns: list[float], twins: list[int], links: _Links)
             k = nexts[0]
             if k == (path[0] if forwards else path[-1]):
                 return path, True
-            if twins[k] in used:
+            start, end = spans[k]
+            if any(start < e and s < end for s, e in used):
                 break
             step = turns[k] + links.turn[(path[-1], k) if forwards else (k, path[0])]
             if turn + step > 7.2:
                 break
             turn += step
-            used.add(twins[k])
+            used.append(spans[k])
             path = [*path, k] if forwards else [k, *path]
     return path, (path[-1], path[0]) in links.turn

@@ -27,6 +27,8 @@ class LinkList:
     ----------
     points : ndarray of float64, shape (N, 2)
         Edge points in order, (x, y) px.
+    first : ndarray of intp, shape (C,)
+        Where in the points each edge starts; what lies between two edges is a gap, however short.
     starts : ndarray of float64, shape (S, 2)
         Where each edge segment starts; segment ``i`` is linked to segment ``i + 1``.
     ends : ndarray of float64, shape (S, 2)
@@ -36,6 +38,7 @@ class LinkList:
     """
 
     points: NDArray[np.float64]
+    first: NDArray[np.intp]
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
     closed: bool
@@ -59,8 +62,10 @@ def link_chains(chains: tuple[Chain, ...], closed: bool) -> LinkList:
     points = np.concatenate(chains)
     tolerance = max(SEGMENT_TOLERANCE_PX, SEGMENT_TOLERANCE * float(np.ptp(points, axis=0).max()))
     corners = [straightened(c, tolerance) for c in chains]
+    sizes = np.array([len(c) for c in chains], np.intp)
     return LinkList(
         points=points,
+        first=np.cumsum(sizes) - sizes,
         starts=np.concatenate([c[:-1] for c in corners]),
         ends=np.concatenate([c[1:] for c in corners]),
         closed=closed,
@@ -94,7 +99,8 @@ def outer_path(chains: tuple[Chain, ...]) -> tuple[Chain, ...]:
 def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.float64]:
     """The points seen from outside: in every direction from the middle, the farthest one.
 
-    The outline of a thick open stroke runs along both its sides; this keeps the outer side.
+    The outline of a thick open stroke runs along both its sides; this keeps the outer side. Directions are
+    those of a picture in which the hull is as wide as it is long, so that a narrow outline is seen evenly.
 
     Parameters
     ----------
@@ -110,23 +116,20 @@ def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.
     """
     import cv2
 
-    hull = cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(np.float64)
-    middle = hull.mean(axis=0) if len(hull) < 3 else _centroid(hull)
-    offset = points - middle
+    moments = cv2.moments(cv2.convexHull(points.astype(np.float32)))
+    if moments["m00"] < 1:
+        offset = points - points.mean(axis=0)
+    else:
+        area = moments["m00"]
+        middle = moments["m10"] / area, moments["m01"] / area
+        spread = np.array([[moments["mu20"], moments["mu11"]], [moments["mu11"], moments["mu02"]]]) / area
+        variance, axes = np.linalg.eigh(spread)
+        narrow = np.sqrt(np.maximum(variance, 1e-3 * variance.max()))
+        offset = (points - middle) @ (axes / narrow) @ axes.T
     sector = ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) + 0.5) * sectors).astype(np.intp)
     order = np.lexsort((-(offset**2).sum(axis=1), sector))
     _, first = np.unique(sector[order], return_index=True)
     return points[order[first]]
-
-
-def _centroid(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Centre of area of a polygon."""
-    p, q = polygon - polygon[0], np.roll(polygon, -1, axis=0) - polygon[0]
-    w = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-    total = w.sum()
-    if abs(total) < 1e-9:
-        return polygon.mean(axis=0)
-    return polygon[0] + ((p + q) * w[:, None]).sum(axis=0) / (3 * total)
 
 
 def straightened(chain: Chain, tolerance: float) -> NDArray[np.float64]:

@@ -11,13 +11,16 @@ from evifuse.vision.join import joined_paths
 from evifuse.vision.link import LinkList, link_chains, outer_path, straightened
 from evifuse.vision.pieces import Pieces, convex_pieces
 
-__all__ = ["clusters", "find_outlines"]
+__all__ = ["clusters", "find_outlines", "neighbours"]
 
 NEAR = 0.15
 """Chains belong together if their boxes are closer than this share of the larger extent (our own)."""
 
 MAX_CHAINS = 300
 """In a picture with more chains everything is near something: neighbourhood says nothing."""
+
+MOST_STROKES = 8
+"""So many chains that are near each other may be one object (our own)."""
 
 MOST_OUTLINES = 130
 """So many outlines, the widest and most nearly closed ones, are looked at closely (our own)."""
@@ -145,14 +148,37 @@ def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:
     list of tuple of Chain
         Groups of 2 to 8 chains whose boxes are closer than 15 % of the larger extent.
     """
-    if not 2 <= len(chains) <= MAX_CHAINS:
+    groups: list[tuple[Chain, ...]] = []
+    for group in neighbours(chains):
+        spans = np.array([np.ptp(chains[i], axis=0) for i in group])
+        whole = np.ptp(np.concatenate([chains[i] for i in group]), axis=0)
+        if len(group) > 1 and not (spans >= 0.95 * whole).all(axis=1).any():
+            groups.append(tuple(chains[i] for i in group))
+    return groups
+
+
+def neighbours(chains: Sequence[Chain]) -> list[list[int]]:
+    """Chains that may belong to one object: near each other, and few in number.
+
+    Parameters
+    ----------
+    chains : sequence of Chain
+        Edges of the picture, px.
+
+    Returns
+    -------
+    list of list of int
+        Groups of 1 to 8 chains, by number, whose boxes are closer than 15 % of the larger extent; none in a
+        picture with many chains.
+    """
+    if len(chains) > MAX_CHAINS:
         return []
     low = np.array([c.min(axis=0) for c in chains])
     high = np.array([c.max(axis=0) for c in chains])
     extent = (high - low).max(axis=1)
     apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
     near = apart <= NEAR * np.maximum(extent[:, None], extent[None])
-    groups: list[tuple[Chain, ...]] = []
+    groups: list[list[int]] = []
     left = set(range(len(chains)))
     while left:
         group, grown = set[int](), {left.pop()}
@@ -160,8 +186,6 @@ def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:
             group |= grown
             grown = {int(j) for i in grown for j in np.flatnonzero(near[i])} - group
         left -= group
-        members = sorted(group)
-        spans = np.ptp(np.vstack([low[members], high[members]]), axis=0)
-        if 2 <= len(members) <= 8 and not ((high - low)[members] >= 0.95 * spans).all(axis=1).any():
-            groups.append(tuple(chains[i] for i in members))
+        if len(group) <= MOST_STROKES:
+            groups.append(sorted(group))
     return groups

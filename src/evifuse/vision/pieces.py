@@ -35,6 +35,10 @@ class Pieces:
         Which edge each is a part of.
     whole : ndarray of bool, shape (P,)
         Whether it is all of that edge.
+    span : ndarray of intp, shape (P, 2)
+        From which corner of that edge to which it runs.
+    trimmed : ndarray of bool, shape (P,)
+        Whether it is another piece without one or both of its ends.
     first, last : ndarray of float64, shape (P, 2)
         Unit directions at its start and end.
     turn : ndarray of float64, shape (P,)
@@ -48,6 +52,8 @@ class Pieces:
     points: tuple[Chain, ...]
     chain: NDArray[np.intp]
     whole: NDArray[np.bool_]
+    span: NDArray[np.intp]
+    trimmed: NDArray[np.bool_]
     first: NDArray[np.float64]
     last: NDArray[np.float64]
     turn: NDArray[np.float64]
@@ -71,6 +77,8 @@ class Pieces:
             tuple(self.points[i] for i in which.tolist()),
             self.chain[which],
             self.whole[which],
+            self.span[which],
+            self.trimmed[which],
             self.first[which],
             self.last[which],
             self.turn[which],
@@ -95,6 +103,8 @@ class Pieces:
             self.points + tuple(self.points[i][::-1] for i in which.tolist()),
             np.append(self.chain, self.chain[which]),
             np.append(self.whole, self.whole[which]),
+            np.concatenate([self.span, self.span[which]]),
+            np.append(self.trimmed, self.trimmed[which]),
             np.concatenate([self.first, -self.last[which]]),
             np.concatenate([self.last, -self.first[which]]),
             np.append(self.turn, -self.turn[which]),
@@ -128,23 +138,25 @@ def convex_pieces(chains: Sequence[Chain], shortest: int) -> Pieces:
     turns = np.arctan2(cross(along[:-1], along[1:]), (along[:-1] * along[1:]).sum(axis=1))
     walked = np.concatenate([[0.0], np.cumsum(np.hypot(along[:, 0], along[:, 1]))])
     turned = np.concatenate([[0.0], np.cumsum(turns)])
-    spans: list[tuple[int, int, int]] = []
+    spans: list[tuple[int, int, int, bool]] = []
     for k, (low, high) in enumerate(pairwise(offset.tolist())):
         if high - low < 2:
             continue
         bends = turns[low : high - 2].tolist()
         parts = [part for run in _cuts(bends) for part in _sides(bends, *run)]
-        spans += [(k, low + a, low + b) for a, b in parts if at[low + b] - at[low + a] + 1 >= shortest]
-    chain, a, b = np.array(spans, np.intp).reshape(-1, 3).T
+        spans += [(k, low + a, low + b, t) for a, b, t in parts if at[low + b] - at[low + a] + 1 >= shortest]
+    chain, a, b, trimmed = np.array(spans, np.intp).reshape(-1, 4).T
     u, v = along[a], along[b - 1]
     turn = turned[b - 1] - turned[a]
     back = turn < 0
-    points = [chains[k][at[i] : at[j] + 1] for k, i, j in spans]
+    points = [chains[k][at[i] : at[j] + 1] for k, i, j, _ in spans]
     u, v = u / np.hypot(u[:, :1], u[:, 1:]), v / np.hypot(v[:, :1], v[:, 1:])
     return Pieces(
         tuple(p[::-1] if r else p for p, r in zip(points, back.tolist(), strict=True)),
         chain,
         whole=(a == offset[chain]) & (b == offset[chain + 1] - 1),
+        span=np.stack([a, b], axis=1),
+        trimmed=trimmed > 0,
         first=np.where(back[:, None], -v, u),
         last=np.where(back[:, None], -u, v),
         turn=np.abs(turn),
@@ -175,10 +187,21 @@ def _code(points: NDArray[np.float64], owner: NDArray[np.intp]) -> NDArray[np.in
     return (owner * 65536 + whole[:, 0]) * 65536 + whole[:, 1]
 
 
-def _sides(turns: list[float], a: int, b: int) -> list[tuple[int, int]]:
-    """The run and, if it has sharp corners, the parts between them: it may leave the outline at a corner."""
+def _sides(turns: list[float], a: int, b: int) -> list[tuple[int, int, bool]]:
+    """The run and, if it has sharp corners, the parts between them, and the run without its ends (True).
+
+    It may leave the outline at a corner: to the other side of a stroke, along what hides the rest of it, or
+    along a neighbour.
+    """
     sharp = [i + 1 for i in range(a, b - 1) if abs(turns[i]) > CORNER_RAD]
-    return [(a, b), *pairwise([a, *sharp, b])] if sharp else [(a, b)]
+    if not sharp:
+        return [(a, b, False)]
+    parts = [(a, b, False), *((i, j, False) for i, j in pairwise([a, *sharp, b]))]
+    if len(sharp) > 1:
+        parts += [(sharp[0], b, True), (a, sharp[-1], True)]
+    if len(sharp) > 2:
+        parts.append((sharp[0], sharp[-1], True))
+    return parts
 
 
 def _cuts(turns: list[float]) -> list[tuple[int, int]]:

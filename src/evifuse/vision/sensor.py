@@ -18,11 +18,12 @@ from evifuse.vision.group import group_objects
 from evifuse.vision.outlines import find_outlines
 from evifuse.vision.primitives import SHAPE_FRAME, Hypothesis, outlines_of
 from evifuse.vision.sides import split_at_corners
+from evifuse.vision.strokes import strokes_of
 from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
 
-LEAST_BELIEF = 0.08
+LEAST_BELIEF = 0.04
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
 
 SHORTEST_PX = 24
@@ -94,7 +95,7 @@ def sense_shapes(
     Returns
     -------
     tuple of SeenObject
-        Most believed first; empty if nothing is seen.
+        Most prominent first (belief and size both count); empty if nothing is seen.
 
     Raises
     ------
@@ -110,7 +111,7 @@ def sense_shapes(
     if candidates is None:
         return ()
     boxes = candidates.boxes
-    chosen = group_objects(boxes, candidates.scores, LEAST_BELIEF)
+    chosen = group_objects(boxes, candidates.scores, candidates.prominence, LEAST_BELIEF)
     if not chosen:
         return ()
     shown = [candidates.hypotheses(i) for i in chosen]
@@ -161,8 +162,12 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> Candidates |
     Candidates or None
         In working coordinates, px; None if there is no outline.
     """
-    links = find_outlines([c for c in detector(working.grey) if len(c) >= SHORTEST_PX])
-    return candidates_of(outlines_of(links), working.scale) if links else None
+    chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
+    links = find_outlines(chains)
+    if not links:
+        return None
+    outlines = outlines_of(links)
+    return candidates_of(outlines, working.scale, strokes_of(chains, outlines))
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:

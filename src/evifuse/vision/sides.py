@@ -39,10 +39,11 @@ def fit_sides(
     count, sides = corners.shape[:2]
     there = ~np.isnan(corners[:, 0, 0])[owner]
     starts, ends, owner = starts[there], ends[there], owner[there]
-    distance, side = distances_to_polygon(((starts + ends) / 2)[:, None], corners[owner])
+    distance, position = distances_to_polygon(((starts + ends) / 2)[:, None], corners[owner])
+    side = np.minimum(position[:, 0].astype(np.intp), sides - 1)
     around = following(corners) - corners
     spans = side_lengths(corners)
-    group = owner * sides + side[:, 0]
+    group = owner * sides + side
     direction = (around / np.maximum(spans, 1e-9)[..., None]).reshape(-1, 2)[group]
     backwards = ((ends - starts) * direction).sum(axis=1)[:, None] < 0
     s, e = np.where(backwards, ends, starts), np.where(backwards, starts, ends)

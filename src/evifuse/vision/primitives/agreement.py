@@ -5,16 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import resample
 from evifuse.vision.primitives.outline import POINTS, Outlines
 
-__all__ = ["LEAST_TRUST", "Agreement", "agreement"]
+__all__ = ["LEAST_TRUST", "MOST_TOLERANCES", "Agreement", "agreement"]
 
 LEAST_TRUST = 0.02
 """Hypotheses that agree with the outline less than this are dropped at once (our own)."""
 
-SAMPLES = 64
-"""So many points of a primitive are looked for in the outline (our own)."""
+PARTS = 32
+"""A part of a primitive, of so many, is seen if a point of the outline is nearest to it (our own)."""
+
+MOST_TOLERANCES = 2.5
+"""A point that strays further than so many tolerances is not on the primitive at all (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +30,11 @@ class Agreement:
     explained : ndarray of float64
         Share of the outline's points that lie near the primitive.
     coverage : ndarray of float64
-        Share of the primitive that has points of the outline near it.
+        Share of the primitive that points of the outline are nearest to.
     opening : ndarray of float64
-        Longest run of the primitive without points near it, as a share of it.
+        Longest run of the primitive that no point is nearest to, as a share of it.
     deviation : ndarray of float64
-        Root mean square deviation of all points, each at most four tolerances, px.
+        Root mean square deviation of all points, each at most 2.5 tolerances, px.
     """
 
     fit: NDArray[np.float64]
@@ -45,6 +47,11 @@ class Agreement:
     def trust(self) -> NDArray[np.float64]:
         """Share of the outline and of the primitive that account for each other, and how closely."""
         return self.fit * self.explained * self.coverage
+
+    @property
+    def unbroken(self) -> NDArray[np.float64]:
+        """What is seen and the longest run that is not: 1 if the rest is hidden in one piece."""
+        return np.minimum(1.0, self.coverage + self.opening)
 
     def where(self, choose: NDArray[np.bool_], other: "Agreement") -> "Agreement":
         """Agreement with one of two primitives.
@@ -70,44 +77,33 @@ class Agreement:
         )
 
 
-def agreement(outlines: Outlines, shape: NDArray[np.float64], distance: NDArray[np.float64]) -> Agreement:
+def agreement(outlines: Outlines, distance: NDArray[np.float64], position: NDArray[np.float64]) -> Agreement:
     """Compare outlines with hypothesised primitives.
 
     Parameters
     ----------
     outlines : Outlines
         What is seen.
-    shape : ndarray of float64, shape (B, K, 2)
-        Outline of each primitive as a polygon, px.
     distance : ndarray of float64, shape (B, 64)
-        How far the points of each outline are from its primitive, px.
+        How far the points of each outline are from its primitive, px; NaN without one.
+    position : ndarray of float64, shape (B, 64)
+        Where on the primitive they are nearest to, as a share of its length, in [0, 1].
 
     Returns
     -------
     Agreement
-        All terms but the deviation in [0, 1]; where the points stray so far that the trust is less than 2 %
-        whatever is covered, or the shape is NaN, nothing counts as covered.
+        All terms but the deviation in [0, 1]; without a primitive nothing fits.
     """
     tolerance = outlines.tolerance
-    reach = 3 * tolerance
-    ordered = np.sort(np.nan_to_num(distance, nan=np.inf), axis=1)
+    distance = np.nan_to_num(distance, nan=np.inf)
+    ordered = np.sort(distance, axis=1)
     fit = np.exp(-0.5 * (ordered[:, : int(0.9 * POINTS)] ** 2).mean(axis=1) / tolerance**2)
-    explained = (ordered <= reach[:, None]).mean(axis=1)
-    rows = np.flatnonzero(fit * explained >= LEAST_TRUST)
-    gap = _nearest(resample(shape[rows], SAMPLES), outlines.points[rows])
-    seen = gap <= (reach + outlines.around / POINTS / 2)[rows, None]
-    coverage, opening = np.zeros(len(fit)), np.ones(len(fit))
-    coverage[rows], opening[rows] = seen.mean(axis=1), _longest_run(~seen) / SAMPLES
-    deviation = np.sqrt((np.minimum(ordered, 4 * tolerance[:, None]) ** 2).mean(axis=1))
-    return Agreement(fit, explained, coverage, opening, deviation)
-
-
-def _nearest(samples: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each sample from the nearest point, per outline."""
-    middle = points.mean(axis=1, keepdims=True)
-    a, b = samples - middle, points - middle
-    squared = (b**2).sum(axis=2)[:, None, :] - 2 * (a @ b.swapaxes(1, 2))
-    return np.sqrt(np.maximum(squared.min(axis=2) + (a**2).sum(axis=2), 0.0))
+    near = distance <= 3 * tolerance[:, None]
+    place = np.minimum(np.nan_to_num(position) * PARTS, PARTS - 1).astype(np.intp)
+    place += PARTS * np.arange(len(place))[:, None]
+    seen = np.bincount(place[near], minlength=PARTS * len(place)).reshape(-1, PARTS) > 0
+    deviation = np.sqrt((np.minimum(distance, MOST_TOLERANCES * tolerance[:, None]) ** 2).mean(axis=1))
+    return Agreement(fit, near.mean(axis=1), seen.mean(axis=1), _longest_run(~seen) / PARTS, deviation)
 
 
 def _longest_run(mask: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -54,10 +54,12 @@ def propose(fits: Fits) -> Proposals:
     ellipse, match = fits.ellipse, fits.ellipse.match
     return Proposals(
         kind="bracket",
+        family="ellipse",
         proposed=ellipse.found,
         belief=bracket_belief(match, ellipse.tangency),
         shape=ellipse.shape,
         deviation=match.deviation,
+        odds=ellipse.odds,
         terms={
             "fit": match.fit,
             "explained": match.explained,

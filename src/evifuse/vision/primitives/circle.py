@@ -52,10 +52,12 @@ def propose(fits: Fits) -> Proposals:
     ratio = ellipse.axes[:, 1] / ellipse.axes[:, 0]
     return Proposals(
         kind="circle",
+        family="ellipse",
         proposed=ellipse.found,
         belief=circle_belief(match, ellipse.tangency, ratio),
         shape=ellipse.shape,
         deviation=match.deviation,
+        odds=ellipse.odds,
         terms={
             "fit": match.fit,
             "explained": match.explained,

@@ -47,10 +47,12 @@ def propose(fits: Fits) -> Proposals:
     ellipse, match = fits.ellipse, fits.ellipse.match
     return Proposals(
         kind="ellipse",
+        family="ellipse",
         proposed=ellipse.found,
         belief=ellipse_belief(match, ellipse.tangency),
         shape=ellipse.shape,
         deviation=match.deviation,
+        odds=ellipse.odds,
         terms={
             "fit": match.fit,
             "explained": match.explained,

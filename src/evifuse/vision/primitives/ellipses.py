@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.vision.geometry import side_lengths
 from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
 from evifuse.vision.primitives.hypothesis import Geometry
+from evifuse.vision.primitives.odds import log_odds
 from evifuse.vision.primitives.outline import POINTS, Outlines
 
 __all__ = ["FittedEllipses", "fit_ellipses", "tangency_of"]
@@ -33,6 +35,8 @@ class FittedEllipses:
         How well outline and ellipse agree.
     tangency : ndarray of float64, shape (B,)
         How well the edge segments run along it, see `tangency_of`.
+    odds : ndarray of float64, shape (B,)
+        Logarithm of its odds against other shapes, up to a constant of the outline.
     """
 
     found: NDArray[np.bool_]
@@ -41,6 +45,7 @@ class FittedEllipses:
     angle_rad: NDArray[np.float64]
     match: Agreement
     tangency: NDArray[np.float64]
+    odds: NDArray[np.float64]
 
     @property
     def shape(self) -> NDArray[np.float64]:
@@ -83,12 +88,12 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
         None where the points lie on no ellipse of a size comparable with the outline, or far from it.
     """
     first = _direct(outlines.points)
-    distance = _distances(outlines.points, first)
-    match = agreement(outlines, _polygons(first), distance)
+    distance, position = _nearest(outlines.points, first)
+    match = agreement(outlines, distance, position)
     near = np.sort(np.argsort(distance, axis=1)[:, : int(0.85 * POINTS)], axis=1)
     second = _direct(np.take_along_axis(outlines.points, near[..., None], axis=1))
-    other = agreement(outlines, _polygons(second), _distances(outlines.points, second))
-    better = other.trust > match.trust
+    other = agreement(outlines, *_nearest(outlines.points, second))
+    better = other.deviation < match.deviation
     best, match = np.where(better[:, None], second, first), other.where(better, match)
     extent = np.ptp(outlines.hull, axis=1).max(axis=1)
     return FittedEllipses(
@@ -98,6 +103,7 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
         angle_rad=best[:, 4],
         match=match,
         tangency=tangency_of(outlines, best),
+        odds=log_odds(match, outlines.tolerance),
     )
 
 
@@ -151,13 +157,26 @@ def _turned(vectors: NDArray[np.float64], angle_rad: NDArray[np.float64]) -> NDA
     return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
-def _distances(points: NDArray[np.float64], ellipses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of points from ellipses to first order in the gauge function, exact for circles."""
+def _nearest(
+    points: NDArray[np.float64], ellipses: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distance of points from ellipses to first order in the gauge function, exact for circles, and where.
+
+    Where is the share of the ellipse's length before that point; along a part of 1 / 48 of a turn it is
+    linear.
+    """
     own = _turned(points - ellipses[:, None, :2], ellipses[:, None, 4])
     half = ellipses[:, None, 2:4] / 2
-    gauge = np.hypot(*np.moveaxis(own / half, -1, 0))
-    slope = np.hypot(*np.moveaxis(own / half**2, -1, 0)) / np.maximum(gauge, 1e-9)
-    return np.abs(gauge - 1) / np.maximum(slope, 1e-9)
+    unit = own / half
+    gauge = np.hypot(unit[..., 0], unit[..., 1])
+    slope = np.hypot(*np.moveaxis(unit / half, -1, 0)) / np.maximum(gauge, 1e-9)
+    turn = np.nan_to_num(np.arctan2(unit[..., 1], unit[..., 0]) / (2 * np.pi) % 1.0) * CORNERS
+    before = np.minimum(turn.astype(np.intp), CORNERS - 1)
+    spans = side_lengths(_polygons(ellipses))
+    until = np.cumsum(spans, axis=1)
+    length = np.take_along_axis(until, before, axis=1)
+    length -= (1 - turn + before) * np.take_along_axis(spans, before, axis=1)
+    return np.abs(gauge - 1) / np.maximum(slope, 1e-9), np.clip(length / until[:, -1:], 0, 1)
 
 
 def _polygons(ellipses: NDArray[np.float64]) -> NDArray[np.float64]:

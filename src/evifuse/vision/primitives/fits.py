@@ -3,15 +3,17 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
+from evifuse.vision.closing import closed_by_itself, closed_quadrilateral, closed_triangle
+from evifuse.vision.primitives.agreement import MOST_TOLERANCES
 from evifuse.vision.primitives.ellipses import FittedEllipses, fit_ellipses
 from evifuse.vision.primitives.outline import Outlines
 from evifuse.vision.primitives.polygon import FittedPolygons, fit_polygons
-from evifuse.vision.reduce import reduce_polygons
+from evifuse.vision.sections import Sections, straight_sections
 
-__all__ = ["Fits"]
+__all__ = ["MOST_SECTIONS", "Fits"]
+
+MOST_SECTIONS = 8
+"""An arc must follow the outline more closely than so many straight sections do (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +36,23 @@ class Fits:
     @cached_property
     def quadrilateral(self) -> FittedPolygons:
         """Four sides for each outline."""
-        return fit_polygons(self.outlines, self._reduced[4])
+        around = self.outlines.around
+        return fit_polygons(
+            self.outlines,
+            (closed_by_itself(self.sections[4], around), closed_quadrilateral(self.sections[3], around)),
+        )
 
     @cached_property
     def triangle(self) -> FittedPolygons:
         """Three sides for each outline."""
-        return fit_polygons(self.outlines, self._reduced[3])
+        around = self.outlines.around
+        return fit_polygons(
+            self.outlines,
+            (closed_by_itself(self.sections[3], around), closed_triangle(self.sections[2], around)),
+        )
 
     @cached_property
-    def _reduced(self) -> dict[int, NDArray[np.float64]]:
-        return reduce_polygons(self.outlines.hull, self.outlines.corners, (4, 3))
+    def sections(self) -> dict[int, Sections]:
+        """One to eight straight sections of each outline."""
+        price = (MOST_TOLERANCES * self.outlines.tolerance) ** 2
+        return straight_sections(self.outlines.points, price, MOST_SECTIONS)

@@ -57,6 +57,8 @@ class Proposals:
     ----------
     kind : str
         Member of the shape frame.
+    family : str
+        Shape that it shares with other primitives: a square is a quadrilateral too.
     proposed : ndarray of bool, shape (B,)
         Where the primitive could be formed at all.
     belief : ndarray of float64, shape (B,)
@@ -65,6 +67,8 @@ class Proposals:
         Its outline as a polygon, px.
     deviation : ndarray of float64, shape (B,)
         How far each outline strays from it, px.
+    odds : ndarray of float64, shape (B,)
+        Logarithm of its odds against other shapes, up to a constant of the outline.
     terms : mapping of str to ndarray of float64, shape (B,)
         Factors of the belief by name, each in [0, 1].
     geometry : callable
@@ -74,10 +78,12 @@ class Proposals:
     """
 
     kind: str
+    family: str
     proposed: NDArray[np.bool_]
     belief: NDArray[np.float64]
     shape: NDArray[np.float64]
     deviation: NDArray[np.float64]
+    odds: NDArray[np.float64]
     terms: Mapping[str, NDArray[np.float64]]
     geometry: Callable[[int], Geometry]
     edges: FittedEdges | None = None

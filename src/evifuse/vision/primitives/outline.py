@@ -33,7 +33,8 @@ class Outlines:
     owner : ndarray of intp, shape (S,)
         Outline of each segment.
     points : ndarray of float64, shape (B, 64, 2)
-        Points at equal steps on each outline, link edges included, px.
+        Points at equal steps on what is seen of each outline, px: links across gaps are no evidence. They
+        start from the point farthest from the middle of the hull, where a polygon has a corner.
     hull : ndarray of float64, shape (B, K, 2)
         Convex hull of each, px; the last corner is repeated.
     corners : ndarray of intp, shape (B,)
@@ -86,10 +87,14 @@ def outlines_of(links: Sequence[LinkList]) -> Outlines:
     hulls: list[NDArray[np.float64]] = []
     inside = np.empty(len(links))
     around = np.empty(len(links))
+    middle = np.empty((len(links), 2))
     for i, link in enumerate(links):
         hull = cv2.convexHull(link.points.astype(np.float32)[:, None])
         inside[i], around[i] = cv2.contourArea(hull), cv2.arcLength(hull, True)
         hulls.append(cv2.approxPolyDP(hull, max(0.5, 0.005 * around[i]), True)[:, 0].astype(np.float64))
+        moments = cv2.moments(hull)
+        middle[i] = moments["m10"], moments["m01"]
+        middle[i] /= max(moments["m00"], 1e-9)
     corners = np.array([len(h) for h in hulls], np.intp)
     place = np.minimum(np.arange(corners.max()), corners[:, None] - 1)
     place += (np.cumsum(corners) - corners)[:, None]
@@ -98,7 +103,7 @@ def outlines_of(links: Sequence[LinkList]) -> Outlines:
         starts=np.concatenate([link.starts for link in links]),
         ends=np.concatenate([link.ends for link in links]),
         owner=np.repeat(np.arange(len(links)), [len(link.starts) for link in links]),
-        points=_at_equal_steps(links),
+        points=_at_equal_steps(links, middle),
         hull=np.concatenate(hulls)[place],
         corners=corners,
         around=around,
@@ -106,17 +111,28 @@ def outlines_of(links: Sequence[LinkList]) -> Outlines:
     )
 
 
-def _at_equal_steps(links: Sequence[LinkList]) -> NDArray[np.float64]:
-    """Points at equal steps along each outline; all outlines lie on one long path, 1 px apart."""
-    paths = [p for link in links for p in ((link.points, link.points[:1]) if link.closed else (link.points,))]
-    sizes = np.array([len(link.points) + link.closed for link in links])
-    path = np.concatenate(paths)
-    last = np.cumsum(sizes) - 1
-    step = np.hypot(*np.diff(path, axis=0).T)
-    step[last[:-1]] = 1.0
+def _at_equal_steps(links: Sequence[LinkList], middle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points at equal steps along each outline, from the one farthest from its middle on.
+
+    All outlines lie on one long path; gaps between their edges have no length.
+    """
+    path = np.concatenate([link.points for link in links])
+    sizes = np.array([len(link.points) for link in links])
+    begin = np.cumsum(sizes) - sizes
+    first = np.concatenate([b + link.first for b, link in zip(begin.tolist(), links, strict=True)])
+    step = np.hypot(*np.diff(path, axis=0, append=path[:1]).T)
+    step[first - 1] = 0.0
+    owner = np.repeat(np.arange(len(links)), sizes)
+    away = ((path - middle[owner]) ** 2).sum(axis=1)
+    away[first] = -1.0  # a corner has an edge before it
+    farthest = begin + np.array([away[b : b + n].argmax() for b, n in zip(begin, sizes, strict=True)])
     along = np.append(0.0, np.cumsum(step))
-    begin = along[last - sizes + 1]
-    closed = np.array([link.closed for link in links])
-    share = np.arange(POINTS) / np.where(closed, POINTS, POINTS - 1)[:, None]
-    at = begin[:, None] + share * (along[last] - begin)[:, None]
-    return np.stack([np.interp(at, along, path[:, i]) for i in (0, 1)], axis=-1)
+    length = along[begin + sizes] - along[begin]
+    share = (np.arange(POINTS) + 0.5) / POINTS
+    ahead = (along[farthest] - along[begin])[:, None] + share * length[:, None]
+    at = along[begin][:, None] + ahead % np.maximum(length, 1e-9)[:, None]
+    place = np.searchsorted(along, at.ravel(), side="right") - 1
+    place = np.minimum(place, len(path) - 1)
+    after = np.minimum(place + 1, len(path) - 1)
+    rest = ((at.ravel() - along[place]) / np.maximum(step[place], 1e-9))[:, None]
+    return (path[place] + np.clip(rest, 0, 1) * (path[after] - path[place])).reshape(len(links), POINTS, 2)

@@ -1,5 +1,6 @@
-"""Hypothesised polygons: few corners for each outline, refined on its points."""
+"""Hypothesised polygons: the one of several that stands best for each outline."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,25 +8,26 @@ from numpy.typing import NDArray
 
 from evifuse.vision.fit import FittedEdges
 from evifuse.vision.geometry import (
-    area,
     corner_angles,
     distances_to_polygon,
-    fit_line,
-    following,
-    intersection,
     side_lengths,
 )
 from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
 from evifuse.vision.primitives.hypothesis import Geometry, Proposals
+from evifuse.vision.primitives.odds import log_odds
 from evifuse.vision.primitives.outline import Outlines
-from evifuse.vision.reduce import reduce_polygons
 from evifuse.vision.sides import fit_sides
 
-__all__ = ["FittedPolygons", "fit_polygons", "mean_of_sides", "pattern_proposals", "straight_deviation"]
+__all__ = ["FittedPolygons", "fit_polygons", "mean_of_sides", "pattern_proposals"]
 
-MOST_ADDED = {3: 1.55, 4: 1.45}
-"""A polygon with so many corners that encloses more than this times the hull is no hypothesis (our own): a
-circle needs 1.65 for a triangle and 1.27 for a quadrilateral, a square 2.0 for a triangle."""
+POINTED_POWER = 0.7
+"""How fast the odds of a triangle fall with the sine of its smallest angle (our own, tuned)."""
+
+RATIO_POWER = 1.5
+"""How fast the odds of a quadrilateral fall with the ratio of its opposite sides (our own, tuned)."""
+
+SKEW_POWER = 1.8
+"""How fast the odds of a quadrilateral fall with the product of the sines of its angles (our own, tuned)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +44,15 @@ class FittedPolygons:
         Fitted edges, shape (B, K), from corner ``i`` to corner ``i + 1``.
     match : Agreement
         How well outline and polygon agree.
+    odds : ndarray of float64, shape (B,)
+        Logarithm of its odds against other shapes, up to a constant of the outline.
     """
 
     found: NDArray[np.bool_]
     corners: NDArray[np.float64]
     sides: FittedEdges
     match: Agreement
+    odds: NDArray[np.float64]
 
     @property
     def lengths(self) -> NDArray[np.float64]:
@@ -75,89 +80,64 @@ class FittedPolygons:
         return {"corners": self.corners[i].tolist()}
 
 
-def fit_polygons(outlines: Outlines, reduced: NDArray[np.float64]) -> FittedPolygons:
-    """Convex polygon that stands for each outline.
-
-    It starts as the hull reduced to few sides; then each side is fitted to the points next to it, twice,
-    the farthest tenth left out, and the corners move to where the sides meet (our own).
+def fit_polygons(outlines: Outlines, choices: Sequence[NDArray[np.float64]]) -> FittedPolygons:
+    """The polygon that stands best for each outline.
 
     Parameters
     ----------
     outlines : Outlines
         What is seen.
-    reduced : ndarray of float64, shape (B, K, 2)
-        Hulls reduced to few corners, px; NaN for none.
+    choices : sequence of ndarray of float64, shape (B, K, 2)
+        Corners of polygons to choose from, px; NaN for none.
 
     Returns
     -------
     FittedPolygons
-        None where the reduced hull is much larger than the hull, or outline and polygon do not agree.
+        Those with the highest odds; none where outline and polygon do not agree.
     """
-    polygon = reduced.copy()
-    polygon[area(polygon) > MOST_ADDED[reduced.shape[1]] * outlines.inside] = np.nan
-    for _ in range(2):
-        polygon = _refined(outlines.points, outlines.tolerance, outlines.width, polygon)
-    distance, _ = distances_to_polygon(outlines.points, polygon)
-    match = agreement(outlines, polygon, distance)
+    matches = [agreement(outlines, *_nearest(outlines.points, polygon)) for polygon in choices]
+    odds = [log_odds(m, outlines.tolerance) + _form(c) for m, c in zip(matches, choices, strict=True)]
+    values = np.stack([o + np.log(m.trust + 1e-9) for o, m in zip(odds, matches, strict=True)])
+    best = np.nan_to_num(values, nan=-np.inf).argmax(axis=0)
+    polygon, match, chosen = choices[0].copy(), matches[0], odds[0]
+    for k in range(1, len(choices)):
+        polygon = np.where((best == k)[:, None, None], choices[k], polygon)
+        match, chosen = matches[k].where(best == k, match), np.where(best == k, odds[k], chosen)
     found = match.trust >= LEAST_TRUST
     polygon[~found] = np.nan
     sides = fit_sides(outlines.starts, outlines.ends, outlines.owner, polygon)
-    return FittedPolygons(found, polygon, sides, match)
+    return FittedPolygons(found, polygon, sides, match, chosen)
 
 
-def straight_deviation(outlines: Outlines, which: NDArray[np.intp], sides: int) -> NDArray[np.float64]:
-    """How far outlines stray from the polygon with so many sides that follows them (our own).
+def _form(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of the odds of the form of triangles and quadrilaterals (our own, tuned).
 
-    Parameters
-    ----------
-    outlines : Outlines
-        What is seen.
-    which : ndarray of intp, shape (R,)
-        The outlines to look at.
-    sides : int
-        How many sides.
-
-    Returns
-    -------
-    ndarray of float64, shape (R,)
-        Root mean square deviation of all points, each at most four tolerances, px; infinite without such a
-        polygon.
+    Lower for pointed triangles, and for quadrilaterals that are skew or have unlike opposite sides: a
+    triangle with a cut corner is one of those.
     """
-    points, tolerance = outlines.points[which], outlines.tolerance[which]
-    polygon = reduce_polygons(outlines.hull[which], outlines.corners[which], (sides,))[sides]
-    for _ in range(2):
-        polygon = _refined(points, tolerance, outlines.width[which], polygon)
-    distance, _ = distances_to_polygon(points, polygon)
-    deviation = np.sqrt((np.minimum(distance, 4 * tolerance[:, None]) ** 2).mean(axis=1))
-    return np.where(np.isnan(deviation), np.inf, deviation)
+    sines = np.sin(corner_angles(polygon))
+    if polygon.shape[1] == 3:
+        return POINTED_POWER * np.log(np.maximum(sines.min(axis=1), 0.02))
+    lengths = side_lengths(polygon)
+    ratio = (np.minimum(lengths[:, :2], lengths[:, 2:]) / np.maximum(lengths[:, :2], lengths[:, 2:])).min(
+        axis=1
+    )
+    return RATIO_POWER * np.log(np.maximum(ratio, 1e-3)) + SKEW_POWER * np.log(
+        np.maximum(sines.prod(axis=1), 1e-3)
+    )
 
 
-def _refined(
-    points: NDArray[np.float64],
-    tolerance: NDArray[np.float64],
-    width: NDArray[np.float64],
-    polygon: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Polygons with each side fitted to the points next to it."""
-    distance, side = distances_to_polygon(points, polygon)
-    points = points[:, None]
-    along = following(polygon) - polygon
-    spans = np.maximum(side_lengths(polygon), 1e-9)[..., None]
-    t = ((points - polygon[:, :, None]) * along[:, :, None]).sum(axis=-1) / spans**2
-    inner = (side[:, None] == np.arange(polygon.shape[1])[:, None]) & (t > 0.08) & (t < 0.92)
-    inner &= (distance <= 4 * tolerance[:, None])[:, None]
-    count = inner.sum(axis=-1, keepdims=True)
-    apart = np.where(inner, distance[:, None], np.inf)
-    rank = np.maximum(np.maximum(4, np.ceil(0.9 * count).astype(np.intp)) - 1, 0)
-    limit = np.take_along_axis(np.sort(apart, axis=-1), rank, axis=-1)
-    centre, direction = fit_line(points, (inner & (apart <= limit)).astype(np.float64))
-    fitted = count >= 4
-    centre, direction = np.where(fitted, centre, polygon), np.where(fitted, direction, along / spans)
-    before = np.roll(centre, 1, axis=1), np.roll(direction, 1, axis=1)
-    meeting = intersection(*before, centre, direction)
-    moved = np.hypot(*np.moveaxis(meeting - polygon, -1, 0))
-    keep = ~(moved <= (0.25 * width + 3)[:, None])
-    return np.where(keep[..., None], polygon, meeting)
+def _nearest(
+    points: NDArray[np.float64], polygon: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distance of points from polygons, and the share of the polygon's length before the nearest place."""
+    distance, position = distances_to_polygon(points, polygon)
+    spans = side_lengths(polygon)
+    side = np.minimum(position.astype(np.intp), polygon.shape[1] - 1)
+    until = np.cumsum(spans, axis=1)
+    length = np.take_along_axis(until, side, axis=1)
+    length -= (1 - position + side) * np.take_along_axis(spans, side, axis=1)
+    return distance, np.clip(length / until[:, -1:], 0, 1)
 
 
 def mean_of_sides(beliefs: NDArray[np.float64], least: int) -> NDArray[np.float64]:
@@ -202,10 +182,12 @@ def pattern_proposals(kind: str, polygons: FittedPolygons, pattern: NDArray[np.f
     match = polygons.match
     return Proposals(
         kind=kind,
+        family="triangle" if polygons.corners.shape[1] == 3 else "quadrilateral",
         proposed=polygons.found,
         belief=pattern * match.trust,
         shape=polygons.corners,
         deviation=match.deviation,
+        odds=polygons.odds,
         terms={
             "pattern": pattern,
             "fit": match.fit,
