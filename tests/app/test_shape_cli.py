@@ -158,6 +158,8 @@ def test_a_recording_counts_as_a_picture(run: Run, tmp_path: Path) -> None:
         (["{in}/a9.png", "--every", "0"], "--every 0"),
         (["{in}/a9.png", "--frames", "0"], "--frames 0"),
         (["--camera", "77"], "no such camera"),
+        (["--camera", "-1"], "numbered from 0"),
+        (["--camera", "1800"], "numbered from 0"),
         (["{in}", "--draw", "{tmp}/x.png"], "name a folder"),
         (["{in}", "--draw", "{in}"], "draw to another place"),
         (["{in}/a9.png", "--draw", "{in}/a9.png"], "draw to another place"),

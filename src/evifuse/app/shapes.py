@@ -97,6 +97,8 @@ def run_shape(
         raise UsageError("give either pictures or --camera, not both")
     if camera is None and not pictures:
         raise UsageError("nothing to see: give an IMAGE, a folder, a video, or --camera 0")
+    if camera is not None and not 0 <= camera < 100:  # further numbers mean something else to OpenCV
+        raise UsageError(f"--camera {camera}: cameras are numbered from 0")
     for name, number in (("--every", every), ("--frames", 1 if frames is None else frames)):
         if number < 1:
             raise UsageError(f"{name} {number}: it must be 1 or more")
@@ -180,7 +182,7 @@ def _many(
     broken: list[str] = []
     width = min(max(len(p) for p in sources.paths), 60)
     if not as_json:
-        print(f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first")
+        print(f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first", flush=True)
     with _bar() as bar:
         task = bar.add_task("", total=len(sources.paths) if len(sources.paths) > 1 else None)
         done: set[str] = set()
