@@ -24,16 +24,18 @@ LAYERED = 32.0
 """Power of the interaction dimensions that are summed: as behind so many layers, only near cases count."""
 
 
-def typical(met: Met, counts: range) -> list[Array]:
+def typical(met: Met, others: Met, counts: range) -> list[Array]:
     """Prototypes of one class, for each of the numbers that are asked for.
 
-    The first is the kind that the cases of the class conduct best into, through many layers; each further one
-    is the kind that adds most to the sum of every case's best.
+    The first is the kind into which the cases of the class conduct best, through many layers, compared with
+    those of other classes; each further one is the kind that adds most to that difference.
 
     Parameters
     ----------
     met : Met
         The N cases of the class.
+    others : Met
+        The cases of all other classes.
     counts : range
         Numbers of prototypes: 1, 2, ...
 
@@ -44,15 +46,30 @@ def typical(met: Met, counts: range) -> list[Array]:
     """
     kinds = sorted(met.patterns, key=lambda p: (-met.weights[p.rows].sum(), int(p.rows[0])))[:LOOKED_AT]
     candidates = np.unique([_mean(met, p.rows) for p in kinds], axis=0)
-    near = dimensions(met, candidates) ** LAYERED
+    own, foreign = (_Conducted(m, candidates) for m in (met, others))
     chosen: list[int] = []
-    best = np.zeros(len(near))
     while len(chosen) < min(counts[-1], len(candidates)):
-        gains = met.weights @ np.maximum(near, best[:, None])
+        gains = own.gains() - foreign.gains()
         gains[chosen] = -np.inf
         chosen.append(int(gains.argmax()))
-        best = np.maximum(best, near[:, chosen[-1]])
+        own.take(chosen[-1])
+        foreign.take(chosen[-1])
     return [candidates[chosen[:count]] for count in counts]
+
+
+class _Conducted:
+    """How well cases conduct into the best of the kinds that were taken."""
+
+    def __init__(self, met: Met, candidates: Array) -> None:
+        self.share = met.weights / max(float(met.weights.sum()), 1e-12)
+        self.near = dimensions(met, candidates) ** LAYERED
+        self.best = np.zeros(len(self.near))
+
+    def gains(self) -> Array:
+        return self.share @ (np.maximum(self.near, self.best[:, None]) - self.best[:, None])
+
+    def take(self, kind: int) -> None:
+        self.best = np.maximum(self.best, self.near[:, kind])
 
 
 def dimensions(met: Met, prototypes: Array) -> Array:

@@ -124,7 +124,8 @@ def learned_by_class(met: Met, codes: Codes, counts: Sequence[Sequence[int]], se
     for k, wanted in enumerate(counts):
         mine = met.take(np.flatnonzero(codes == k))
         if met.reading.negligible > 0:
-            out.append(typical(mine, range(1, max(wanted) + 1)))
+            others = met.take(np.flatnonzero(codes != k))
+            out.append(typical(mine, others, range(1, max(wanted) + 1)))
             out[-1] = [out[-1][count - 1] for count in wanted]
             continue
         out.append([clustered(mine, count, np.random.default_rng([seed, k])) for count in wanted])
@@ -222,9 +223,9 @@ def choose(
 
 
 def _better(old: Array, new: Array) -> bool:
-    """Whether the losses of the same cases fall by more than chance would have them: their standard error."""
+    """Whether the losses of the same cases fall by more than chance would have them: two standard errors."""
     gain = old - new
-    return bool(gain.mean() > gain.std() / np.sqrt(len(gain)))
+    return bool(gain.mean() > 2.0 * gain.std() / np.sqrt(len(gain)))
 
 
 class _Rehearsal:
