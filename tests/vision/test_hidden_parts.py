@@ -140,3 +140,13 @@ def test_a_quarter_turn_may_be_hidden(kind: str, start: float) -> None:
     y, x = np.mgrid[:240, :320]
     image[(np.arctan2(y - 120, x - 160) - start) % (2 * np.pi) < np.pi / 2] = 220
     assert sense_shapes(image)[0].classification.decision == kind
+
+
+@pytest.mark.parametrize("sigma", [20.0, 60.0])
+def test_strong_noise_is_smoothed_away_without_false_objects(sigma: float) -> None:
+    rng = np.random.default_rng(8)
+    assert sense_shapes(np.clip(rng.normal(128, sigma, (200, 300)), 0, 255).astype(np.uint8)) == ()
+    sign = np.full((90, 90, 3), 90, np.uint8)
+    cv2.fillPoly(sign, [np.array([[45, 15], [78, 72], [12, 72]], np.int32)], (220, 230, 225), cv2.LINE_AA)
+    noisy = np.clip(sign + rng.normal(0, 0.7 * sigma, sign.shape), 0, 255).astype(np.uint8)
+    assert sense_shapes(noisy)[0].classification.decision == "triangular"
