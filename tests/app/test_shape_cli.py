@@ -434,17 +434,21 @@ def test_an_animation_is_said_to_be_one(run: Run, tmp_path: Path) -> None:
     assert err == f"evifuse: {tmp_path}/a.gif: an animation: the first of its 3 frames is taken\n"
 
 
-def test_broken_jpegs_say_nothing_of_their_own(tmp_path: Path) -> None:
+def test_decoders_say_nothing_of_their_own(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "a.jpg"), disc())
     data = (tmp_path / "a.jpg").read_bytes()
     (tmp_path / "a.jpg").write_bytes(data[: len(data) // 2])
+    cv2.imwrite(str(tmp_path / "d.png"), disc())
+    data = bytearray((tmp_path / "d.png").read_bytes())
+    data[len(data) // 2] ^= 255
+    (tmp_path / "d.png").write_bytes(data)
     (tmp_path / "b.avi").write_bytes(b"RIFF" + bytes(500))
     (tmp_path / "c.mp4").write_bytes(bytes(4) + b"ftypisom" + bytes(500))
     done = subprocess.run(
         [sys.executable, "-m", "evifuse", "shape", str(tmp_path)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["evifuse"] * 4
+    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["evifuse"] * 5
 
 
 @pytest.mark.slow

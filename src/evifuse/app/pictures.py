@@ -1,7 +1,10 @@
 """Where pictures come from: files, folders and patterns, one picture after another."""
 
+import os
 import re
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from glob import glob, has_magic
 from pathlib import Path
@@ -111,9 +114,29 @@ def pictures_of(path: str, every: int = 1, limit: int | None = None) -> Iterator
     if path.lower().endswith(VIDEO_SUFFIXES):
         yield from video_pictures(path, every, limit)
         return
-    image = read_scene(path).image
+    with _quiet():
+        image = read_scene(path).image
     if image is None:
         raise UsageError(f"{path}: holds no picture: give a recording with one")
     frames = frame_count(path)
     note = f"{path}: an animation: the first of its {frames} frames is taken" if frames > 1 else ""
     yield Picture(path, image, note=note)
+
+
+@contextmanager
+def _quiet() -> Generator[None]:
+    """Without what libpng, libjpeg and libtiff write to standard error by themselves, past Python."""
+    sys.stderr.flush()
+    try:
+        saved = os.dup(2)
+    except OSError:  # there is no standard error
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
