@@ -12,6 +12,7 @@ PROMISES = {
     "03_fusion.py": ["truth:      curved", "decision:   curved"],
     "04_classifiers.py": ["discounted and fused: 0.8", "source 2 of 3 is broken"],
     "05_training.py": ["lower is broken: conductivity  0.4", "read back the same: True"],
+    "06_pentagon.py": ["pentagonal {'pentagon': 0.8", "elliptical {'ellipse': 0.4"],
 }
 
 

@@ -1,5 +1,6 @@
 """What every outline of a picture might show, after the primitives have competed for it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +8,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.closing import closed_by_itself
 from evifuse.vision.geometry import distances_to_polygon
-from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Proposals
+from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Primitive, Proposals
 from evifuse.vision.primitives.fits import MOST_SECTIONS
 from evifuse.vision.primitives.odds import LEAST_DEVIATION
 from evifuse.vision.strokes import Strokes, accounted_for
@@ -104,7 +105,9 @@ class Candidates:
         return tuple(sorted(found, key=lambda h: -h.belief))
 
 
-def candidates_of(outlines: Outlines, scale: float, strokes: Strokes) -> Candidates:
+def candidates_of(
+    outlines: Outlines, scale: float, strokes: Strokes, primitives: Mapping[str, Primitive] = PRIMITIVES
+) -> Candidates:
     """Everything that outlines might show.
 
     To the belief that each primitive gives, factors are applied that no primitive can know alone (our own).
@@ -122,6 +125,8 @@ def candidates_of(outlines: Outlines, scale: float, strokes: Strokes) -> Candida
         Working pixels per pixel of the picture.
     strokes : Strokes
         What the outlines are part of, in working pixels.
+    primitives : mapping of str to callable
+        What proposes each primitive.
 
     Returns
     -------
@@ -129,7 +134,7 @@ def candidates_of(outlines: Outlines, scale: float, strokes: Strokes) -> Candida
         One per outline.
     """
     fits = Fits(outlines)
-    proposals = tuple(propose(fits) for propose in PRIMITIVES.values())
+    proposals = tuple(propose(fits) for propose in primitives.values())
     resolution = outlines.width / (outlines.width + scale * RESOLUTION_PX)
     shares = _shares(proposals)
     account: dict[str, NDArray[np.float64]] = {}

@@ -5,13 +5,13 @@ from typing import SupportsFloat
 
 import numpy as np
 
-from evifuse.belief import MassFunction
+from evifuse.belief import Frame, MassFunction
 from evifuse.vision.primitives import SHAPE_FRAME
 
 __all__ = ["shape_evidence"]
 
 
-def shape_evidence(beliefs: Mapping[str, SupportsFloat]) -> MassFunction:
+def shape_evidence(beliefs: Mapping[str, SupportsFloat], frame: Frame = SHAPE_FRAME) -> MassFunction:
     """Mass function over the shape primitives (section 3.3).
 
     Each primitive has its belief as mass and the frame has the balance, as in the printed example.
@@ -23,11 +23,13 @@ def shape_evidence(beliefs: Mapping[str, SupportsFloat]) -> MassFunction:
     ----------
     beliefs : mapping of str to float
         Belief in [0, 1] by primitive; a primitive that is not named has 0.
+    frame : Frame, optional
+        The primitives, if they are not the built-in ones.
 
     Returns
     -------
     MassFunction
-        Over `SHAPE_FRAME`; its focal sets are all primitives and the frame.
+        Over the frame; its focal sets are all primitives and the frame.
 
     Examples
     --------
@@ -35,12 +37,12 @@ def shape_evidence(beliefs: Mapping[str, SupportsFloat]) -> MassFunction:
     {'frame': 0.51, 'triangle': 0.2, 'rectangle': 0.19, 'square': 0.1}
     """
     for name in beliefs:
-        SHAPE_FRAME.mask(name)
-    values = np.array([float(beliefs.get(name, 0.0)) for name in SHAPE_FRAME.hypotheses], dtype=np.float64)
+        frame.mask(name)
+    values = np.array([float(beliefs.get(name, 0.0)) for name in frame.hypotheses], dtype=np.float64)
     total = float(values.sum())
     doubt = 1.0 - total
     if total > 1:
         doubt = float((1 - values).prod())
         values *= (1 - doubt) / total
-    sets = [*SHAPE_FRAME.hypotheses, SHAPE_FRAME]
-    return MassFunction(SHAPE_FRAME, sets, [*values.tolist(), max(0.0, 1.0 - float(values.sum()))])
+    sets = [*frame.hypotheses, frame]
+    return MassFunction(frame, sets, [*values.tolist(), max(0.0, 1.0 - float(values.sum()))])

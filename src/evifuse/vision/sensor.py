@@ -1,12 +1,13 @@
 """The logical shape sensor: a picture in, a belief function over shape primitives out."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evifuse.belief import MassFunction
+from evifuse.belief import Frame, MassFunction
 from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
@@ -16,7 +17,7 @@ from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.group import group_objects
 from evifuse.vision.outlines import find_outlines
-from evifuse.vision.primitives import SHAPE_FRAME, Hypothesis, outlines_of
+from evifuse.vision.primitives import PRIMITIVES, SHAPE_FRAME, Hypothesis, Primitive, outlines_of
 from evifuse.vision.sides import split_at_corners
 from evifuse.vision.strokes import strokes_of
 from evifuse.vision.working import WorkingPicture, working_picture
@@ -79,7 +80,10 @@ class SeenObject:
 
 
 def sense_shapes(
-    image: ArrayLike, knowledge: KnowledgeBase | None = None, detector: Detector | None = None
+    image: ArrayLike,
+    knowledge: KnowledgeBase | None = None,
+    detector: Detector | None = None,
+    primitives: Mapping[str, Primitive] = PRIMITIVES,
 ) -> tuple[SeenObject, ...]:
     """See the objects of a picture and what shapes they have.
 
@@ -91,6 +95,9 @@ def sense_shapes(
         Classes of shape features; the built-in ones without it.
     detector : Detector, optional
         Edge detector; `EdgeDrawing` without it.
+    primitives : mapping of str to callable, optional
+        What proposes each primitive, by name: ``{**PRIMITIVES, "pentagon": propose}`` adds one. The
+        knowledge base must know all the names.
 
     Returns
     -------
@@ -101,13 +108,15 @@ def sense_shapes(
     ------
     ImageError
         If it is not a picture.
+    FrameError
+        If the knowledge base does not know a primitive.
     """
     picture = as_image(image)
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
     if detector is None:
         detector = EdgeDrawing(noise_gradient=working.noise_gradient)
-    candidates = find_candidates(working, detector)
+    candidates = find_candidates(working, detector, primitives)
     if candidates is None:
         return ()
     boxes = candidates.boxes
@@ -115,9 +124,10 @@ def sense_shapes(
     if not chosen:
         return ()
     shown = [candidates.hypotheses(i) for i in chosen]
-    evidence = [shape_evidence({h.kind: h.belief for h in hypotheses}) for hypotheses in shown]
+    frame = SHAPE_FRAME if primitives is PRIMITIVES else Frame(primitives)
+    evidence = [shape_evidence({h.kind: h.belief for h in hypotheses}, frame) for hypotheses in shown]
     masses = np.stack([e.masses for e in evidence])
-    together = classify(MassFunction(SHAPE_FRAME, evidence[0].focal_sets, masses), kb)
+    together = classify(MassFunction(frame, evidence[0].focal_sets, masses), kb)
     size = (picture.shape[1], picture.shape[0])
     seen: list[SeenObject] = []
     for k, (i, hypotheses) in enumerate(zip(chosen, shown, strict=True)):
@@ -147,7 +157,9 @@ def _one_of(together: Classification, i: int) -> Classification:
     )
 
 
-def find_candidates(working: WorkingPicture, detector: Detector) -> Candidates | None:
+def find_candidates(
+    working: WorkingPicture, detector: Detector, primitives: Mapping[str, Primitive] = PRIMITIVES
+) -> Candidates | None:
     """Every outline of a picture with the primitives it might show.
 
     Parameters
@@ -156,6 +168,8 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> Candidates |
         Picture.
     detector : Detector
         Edge detector.
+    primitives : mapping of str to callable
+        What proposes each primitive.
 
     Returns
     -------
@@ -167,7 +181,7 @@ def find_candidates(working: WorkingPicture, detector: Detector) -> Candidates |
     if not links:
         return None
     outlines = outlines_of(links)
-    return candidates_of(outlines, working.scale, strokes_of(chains, outlines))
+    return candidates_of(outlines, working.scale, strokes_of(chains, outlines), primitives)
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -51,6 +51,21 @@ class Fits:
             (closed_by_itself(self.sections[3], around), closed_triangle(self.sections[2], around)),
         )
 
+    def polygon(self, corners: int) -> FittedPolygons:
+        """Any number of sides for each outline, all of them seen.
+
+        Parameters
+        ----------
+        corners : int
+            From 3 to 8.
+
+        Returns
+        -------
+        FittedPolygons
+            Fitted anew at every call.
+        """
+        return fit_polygons(self.outlines, (closed_by_itself(self.sections[corners], self.outlines.around),))
+
     @cached_property
     def sections(self) -> dict[int, Sections]:
         """One to eight straight sections of each outline."""

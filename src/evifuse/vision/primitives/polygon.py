@@ -112,12 +112,14 @@ def fit_polygons(outlines: Outlines, choices: Sequence[NDArray[np.float64]]) -> 
 def _form(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
     """Logarithm of the odds of the form of triangles and quadrilaterals (our own, tuned).
 
-    Lower for pointed triangles, and for quadrilaterals that are skew or have unlike opposite sides: a
-    triangle with a cut corner is one of those.
+    0 for more corners. Lower for pointed triangles, and for quadrilaterals that are skew or have unlike
+    opposite sides: a triangle with a cut corner is one of those.
     """
     sines = np.sin(corner_angles(polygon))
     if polygon.shape[1] == 3:
         return POINTED_POWER * np.log(np.maximum(sines.min(axis=1), 0.02))
+    if polygon.shape[1] != 4:
+        return np.zeros(len(polygon))
     lengths = side_lengths(polygon)
     ratio = (np.minimum(lengths[:, :2], lengths[:, 2:]) / np.maximum(lengths[:, :2], lengths[:, 2:])).min(
         axis=1
@@ -182,7 +184,7 @@ def pattern_proposals(kind: str, polygons: FittedPolygons, pattern: NDArray[np.f
     match = polygons.match
     return Proposals(
         kind=kind,
-        family="triangle" if polygons.corners.shape[1] == 3 else "quadrilateral",
+        family={3: "triangle", 4: "quadrilateral"}.get(polygons.corners.shape[1], kind),
         proposed=polygons.found,
         belief=pattern * match.trust,
         shape=polygons.corners,
