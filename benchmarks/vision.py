@@ -1,11 +1,16 @@
 """Accuracy of the shape sensor on human drawings and on road photographs.
 
 Each figure is the share of right decisions (rectangular, triangular, elliptical) of the most believed
-object, with the 95 % interval of Wilson. The data are split by a fixed seed: thresholds are tuned on
-`dev`, figures are reported on `test`. Occlusion erases an angular sector about the middle; noise is
-Gaussian, its standard deviation in grey levels.
+object, with the 95 % interval of Wilson; `AUROC` says how well mass on the frame tells drawings and signs of
+other shapes from those of the three. Drawings are split by the person who drew them and signs by the
+photograph, by a fixed seed: thresholds are tuned on `dev`, figures are reported on `test`. Occlusion erases
+an angular sector about the middle; noise is Gaussian, its standard deviation in grey levels.
 
-Usage: python benchmarks/vision.py --data DIR [--split test] [--json FILE] [--quick N]
+With `--rivals` the same pictures are given to others in the same run: contour approximation on the convex
+hull, area ratios, and HOG with a support vector machine trained on clean pictures of `dev`, 5 or 50 of each
+class or all.
+
+Usage: python benchmarks/vision.py --data DIR [--split test] [--json FILE] [--quick N] [--rivals]
 DIR holds `drawings/` and `signs/`.
 """
 
@@ -19,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from vision_rivals import rivals_of
 
 SEED = 1989
 CLASSES = ("rectangular", "triangular", "elliptical")
@@ -26,18 +32,23 @@ DRAWN = {"rectangle": "rectangular", "triangle": "triangular", "ellipse": "ellip
 Image = NDArray[np.uint8]
 
 
-def in_split(count: int, split: str) -> NDArray[np.intp]:
-    order = np.random.default_rng(SEED).permutation(count)
-    return np.sort(order[: count // 2] if split == "dev" else order[count // 2 :])
+def in_split(names: list[str], split: str) -> set[str]:
+    """One half of the names, by the seed; `dev` or `test`."""
+    order = np.random.default_rng(SEED).permutation(len(names))
+    half = order[: len(names) // 2] if split == "dev" else order[len(names) // 2 :]
+    return {names[i] for i in half}
 
 
 def drawings(data: Path, split: str) -> Iterator[tuple[str, Image, str]]:
+    """Drawings of one half of the people; file names are `shape.person.number.png`."""
     from evifuse.recordings.images import read_image
 
+    files = {folder: sorted((data / "drawings" / folder).glob("*.png")) for folder in DRAWN}
+    people = in_split(sorted({f.name.split(".")[1] for some in files.values() for f in some}), split)
     for folder, label in DRAWN.items():
-        files = sorted((data / "drawings" / folder).glob("*.png"))
-        for i in in_split(len(files), split):
-            yield label, read_image(files[i]), files[i].name
+        for file in files[folder]:
+            if file.name.split(".")[1] in people:
+                yield label, read_image(file), file.name
 
 
 def sign_scenes(data: Path, split: str) -> Iterator[tuple[Image, list[dict[str, str]], str]]:
@@ -46,8 +57,9 @@ def sign_scenes(data: Path, split: str) -> Iterator[tuple[Image, list[dict[str, 
     with (data / "signs" / "labels.csv").open() as handle:
         rows = list(csv.DictReader(handle))
     files = sorted({r["file"] for r in rows})
-    for i in in_split(len(files), split):
-        yield read_image(data / "signs" / files[i]), [r for r in rows if r["file"] == files[i]], files[i]
+    chosen = in_split(files, split)
+    for file in (f for f in files if f in chosen):
+        yield read_image(data / "signs" / file), [r for r in rows if r["file"] == file], file
 
 
 def sign_crops(data: Path, split: str, margin: float = 0.15) -> Iterator[tuple[str, Image, str]]:
@@ -99,6 +111,14 @@ def interval(right: int, count: int) -> tuple[float, float]:
     return float(middle - half), float(middle + half)
 
 
+def auroc(known: list[float], other: list[float]) -> float | None:
+    """Share of pairs of a known and another shape of which the other one has the higher value."""
+    if not known or not other:
+        return None
+    a, b = np.array(known)[:, None], np.array(other)[None]
+    return float((b > a).mean() + 0.5 * (b == a).mean())
+
+
 def accuracy(
     items: list[tuple[str, Image, str]], change: Callable[[Image, np.random.Generator], Image]
 ) -> dict:
@@ -128,9 +148,25 @@ def accuracy(
         "per_class": {c: t[0] / max(t[1], 1) for c, t in tally.items()},
         "nothing_seen": nothing,
         "mean_frame_mass": {k: float(np.mean(v)) for k, v in doubt.items() if v},
+        "auroc": auroc(doubt["known"], doubt["other"]),
         "ms_per_image": 1000 * (time.perf_counter() - started) / max(len(items), 1),
         "wrong": wrong,
     }
+
+
+def rival_accuracy(
+    items: list[tuple[str, Image, str]],
+    change: Callable[[Image, np.random.Generator], Image],
+    rival: Callable[[Image], str],
+) -> float:
+    """Share of right decisions of a rival on the very same pictures."""
+    rng = np.random.default_rng(SEED)
+    right = [
+        rival(picture) == label
+        for label, picture in ((i[0], change(i[1], rng)) for i in items)
+        if label in CLASSES
+    ]
+    return float(np.mean(right))
 
 
 def overlap(a: tuple[float, ...], b: tuple[float, ...]) -> float:
@@ -181,17 +217,19 @@ def main() -> None:
     parser.add_argument("--quick", type=int, help="take every N-th item only")
     parser.add_argument("--only", choices=["drawings", "crops", "scenes"])
     parser.add_argument("--condition")
+    parser.add_argument("--rivals", action="store_true", help="give the same pictures to others as well")
     options = parser.parse_args()
-    results: dict[str, dict] = {}
+    results: dict[str, dict | float] = {}
     sources = {"drawings": drawings, "crops": sign_crops}
     print(
         f"{'':22}{'right':>7}  {'95 % interval':15}{'n':>5}{'ms':>7}"
-        "  by class (R, T, E), frame mass: known, other"
+        "  by class (R, T, E), frame mass: known, other; AUROC"
     )
     for source, read in sources.items():
         if options.only not in (None, source):
             continue
         items = list(read(options.data, options.split))[:: options.quick or 1]
+        rivals = rivals_of(list(read(options.data, "dev"))) if options.rivals else {}
         for condition, change in CONDITIONS[source].items():
             if options.condition not in (None, condition):
                 continue
@@ -202,7 +240,11 @@ def main() -> None:
             print(
                 f"{source + ' ' + condition:22}{r['accuracy']:7.3f}  {low:.3f} - {high:.3f}  {r['count']:5}"
                 f"{r['ms_per_image']:7.1f}  {shares}      {masses}"
+                + ("" if r["auroc"] is None else f"; {r['auroc']:.2f}")
             )
+            for name, rival in rivals.items():
+                share = results[f"{source} {condition}, {name}"] = rival_accuracy(items, change, rival)
+                print(f"    {name:18}{share:7.3f}")
     if options.only in (None, "scenes"):
         r = results["scenes"] = scenes(options.data, options.split, None if not options.quick else 12)
         low, high = r["interval"]
