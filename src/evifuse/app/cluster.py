@@ -30,6 +30,9 @@ WINDOW = 512
 FAILURES = 10
 """Workers that a part may lose before it is given up."""
 
+SILENT = logging.CRITICAL + 1
+"""A worker that is told to stop is not worth a line of its own."""
+
 
 def on_cluster(job: Job, todo: list[int], scheduler: str) -> Generator[int]:
     """Compute parts on a cluster.
@@ -144,7 +147,7 @@ def _client(scheduler: str) -> Generator[Any]:
                     dashboard_address="127.0.0.1:0",  # none is shown, but a fixed port may be taken
                     scheduler_kwargs={"dashboard": False},
                     memory_limit=0,
-                    silence_logs=logging.CRITICAL,
+                    silence_logs=SILENT,
                 )
                 stack.enter_context(cluster)
             yield stack.enter_context(distributed.Client(cluster))
@@ -157,7 +160,7 @@ def _quietly() -> Generator[None]:
     levels = {name: logging.getLogger(name).level for name in names}
     try:
         for name in names:
-            logging.getLogger(name).setLevel(logging.CRITICAL)
+            logging.getLogger(name).setLevel(SILENT)
         yield
     finally:
         for name, level in levels.items():
