@@ -26,6 +26,9 @@ NOISY = 10.0
 SMOOTHED_NOISE = 0.1
 """What smoothing leaves of the gradient that noise causes (our own, tuned)."""
 
+STRONG = 33.0
+"""Of noise with a higher standard deviation more is left, in proportion, grey levels (our own)."""
+
 MARGIN_PX = 8
 """The picture is continued by so much on every side, so that outlines near its border are whole."""
 
@@ -126,7 +129,7 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     grey = _levelled(grey)
     noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
     if deviation > NOISY:
-        noise *= SMOOTHED_NOISE
+        noise *= SMOOTHED_NOISE * max(1.0, deviation / STRONG)
         grey = _levelled(_grey(_smoothed(picture, deviation)))
     if scale != 1:
         how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
