@@ -31,7 +31,7 @@ def draw_shapes(image: NDArray[np.uint8], objects: Sequence[SeenObject], path: P
     image : ndarray of uint8, shape (H, W) or (H, W, 3)
         Grey or BGR.
     objects : sequence of SeenObject
-        Most believed first.
+        Most prominent first.
     path : Path
         PNG to write.
     """

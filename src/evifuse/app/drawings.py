@@ -48,7 +48,7 @@ class Drawings:
         picture : Picture
             The picture.
         objects : tuple of SeenObject
-            Most believed first.
+            Most prominent first.
 
         Raises
         ------

@@ -41,7 +41,7 @@ def overlay(
     image : ndarray of uint8, shape (H, W) or (H, W, 3)
         Grey or BGR.
     objects : sequence of SeenObject
-        Most believed first.
+        Most prominent first.
     touched : SeenObject, optional
         The only one to be drawn in bold.
 

@@ -52,7 +52,7 @@ def report_shapes(objects: Iterable[SeenObject], console: Console, *, why: bool 
     Parameters
     ----------
     objects : iterable of SeenObject
-        Most believed first.
+        Most prominent first.
     console : Console
         Where to print.
     why : bool

@@ -120,7 +120,7 @@ class Scale:
         picture : Picture
             Where they were seen, rectified.
         objects : tuple of SeenObject
-            Most believed first.
+            Most prominent first.
         console : Console
             Where to print.
         """

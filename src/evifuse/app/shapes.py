@@ -46,7 +46,7 @@ class Unusable:
 
 
 Seen: TypeAlias = "tuple[Picture, tuple[SeenObject, ...]]"
-"""A picture and its objects, most believed first."""
+"""A picture and its objects, most prominent first."""
 
 
 def run_shape(

@@ -36,7 +36,7 @@ class Fusion:
     touch : FeltSurface or None
         The surface as felt; None without a touch recording.
     objects : tuple of SeenObject
-        Everything that was seen, most believed first.
+        Everything that was seen, most prominent first.
     from_shape : dict of str to float
         Conductivity of the shape features into each curvature class (section 5.2).
     from_touch : dict of str to float

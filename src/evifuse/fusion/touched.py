@@ -96,7 +96,7 @@ def find_touched(
     Parameters
     ----------
     boxes : sequence of tuple of float
-        Pixel boxes of the objects, most believed first.
+        Pixel boxes of the objects, most prominent first.
     box : tuple of float, optional
         Where to look, px: the object that overlaps it most.
     camera : Camera, optional
