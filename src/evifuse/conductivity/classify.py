@@ -203,7 +203,7 @@ def classify(
     y = on_frame(evidence.to("shared"), knowledge.frame)
     properties, prototypes, inner = prepared(knowledge, reading)
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)
-    met = y if reading.commitment is None else _at_commitment(y, reading.commitment, reading.negligible)
+    met = y if reading.commitment is None else at_commitment(y, reading.commitment, reading.negligible)
     dims = _interactions(met, [x for _, _, x in prototypes], inner, reading) ** reading.sharpness
     top = np.array([properties[label].dimension for label, _, _ in prototypes])
     cap = np.array([properties[label].capacity for label, _, _ in prototypes])
@@ -278,8 +278,23 @@ def prepared(
     return properties, prototypes, [float(inner_entropy(x, reading)) for _, _, x in prototypes]
 
 
-def _at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFunction:
-    """The evidence with a nominal mass off the frame, without crumbs; ignorance where nothing is."""
+def at_commitment(y: MassFunction, nominal: float, negligible: float) -> MassFunction:
+    """The evidence with a nominal mass off the frame, without crumbs; ignorance where nothing is (our own).
+
+    Parameters
+    ----------
+    y : MassFunction
+        F focal sets in the layout ``shared``, batch shape ``(...)``.
+    nominal : float
+        Mass off the frame, in (0, 1).
+    negligible : float
+        Sets with less than this share of what is committed are left out.
+
+    Returns
+    -------
+    MassFunction
+        The same sets in the same order, the frame last.
+    """
     off = y.focal_sets != y.frame.full
     masses = y.masses[..., off]
     committed = masses.sum(axis=-1, keepdims=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.belief import Frame, MassFunction
-from evifuse.conductivity.classify import NOTHING
+from evifuse.conductivity.classify import at_commitment
 from evifuse.conductivity.entropy import TIE, inner_entropy, similarity
 from evifuse.conductivity.reading import Reading
 
@@ -155,12 +155,8 @@ def _at_commitment(y: MassFunction, reading: Reading) -> tuple[Array, NDArray[np
     masses = y.on(sets)
     if reading.commitment is None:
         return masses, sets
-    off = masses[:, :-1]
-    off = np.where(off < reading.negligible * off.sum(axis=1, keepdims=True), 0.0, off)
-    kept = off.sum(axis=1, keepdims=True)
-    some = kept > NOTHING
-    off = off * np.where(some, reading.commitment / np.where(some, kept, 1.0), 0.0)
-    return np.concatenate([off, np.where(some, 1.0 - reading.commitment, 1.0)], axis=1), sets
+    met = at_commitment(MassFunction.trusted(y.frame, sets, masses), reading.commitment, reading.negligible)
+    return met.masses, sets
 
 
 def _pattern(part: MassFunction, rows: Rows, sets: NDArray[np.int64], reading: Reading) -> Pattern:
