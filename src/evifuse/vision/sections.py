@@ -1,23 +1,15 @@
 """The straight sections that account best for the points of an outline, found by dynamic programming."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import cross, fit_line
-
-__all__ = ["Sections", "straight_sections"]
+__all__ = ["Divisions", "Sections", "straight_sections"]
 
 CELLS = 32
 """A section starts and ends where one of so many equal parts of the outline does (our own)."""
-
-
-LEAST_TRIMMED = 6
-"""A section of so many points is fitted without its first and its last (our own)."""
-
-KEPT = 0.9
-"""A line is fitted to this share of its points, the nearest ones (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +33,66 @@ class Sections:
     cost: NDArray[np.float64]
 
 
-def straight_sections(
-    points: NDArray[np.float64], price: NDArray[np.float64], most: int
-) -> dict[int, Sections]:
+@dataclass(frozen=True, eq=False)
+class Divisions(Mapping[int, Sections]):
+    """The best divisions of outlines, by the number of sections; lines are fitted when first asked for.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (B, N, 2)
+        Points at equal steps along what is seen of each outline, px.
+    bounds : ndarray of int64, shape (B, M, M, 2)
+        Entry ``[:, k - 1, :k]`` are the points where each of k sections starts, and before which it ends.
+    cost : ndarray of float64, shape (B, M)
+        Of the division into 1 to M sections, as in `Sections`, square px.
+    """
+
+    points: NDArray[np.float64]
+    bounds: NDArray[np.int64]
+    cost: NDArray[np.float64]
+    _fitted: dict[int, Sections] = field(default_factory=dict[int, Sections], repr=False)
+
+    def __getitem__(self, count: int) -> Sections:
+        """All outlines in so many sections."""
+        if count not in self._fitted:
+            self._fitted[count] = self.of(slice(None), count)
+        return self._fitted[count]
+
+    def __iter__(self) -> Iterator[int]:
+        """Numbers of sections, from 1."""
+        return iter(range(1, len(self) + 1))
+
+    def __len__(self) -> int:
+        """The largest number of sections."""
+        return self.cost.shape[1]
+
+    def of(self, which: slice | NDArray[np.intp], count: int) -> Sections:
+        """Some of the outlines in so many sections.
+
+        Parameters
+        ----------
+        which : slice or ndarray of intp, shape (Q,)
+            Their places.
+        count : int
+            From 1 to M.
+
+        Returns
+        -------
+        Sections
+            Lines of least squares, without the points next to a bound, which may lie on the round of a
+            corner, and without the farthest tenth of the others.
+        """
+        from evifuse.vision import _kernels_sections
+
+        if not 1 <= count <= len(self):
+            raise KeyError(count)
+        points, bounds = self.points[which], np.ascontiguousarray(self.bounds[which, count - 1, :count])
+        starts, ends, centres, directions = np.empty((4, len(points), count, 2))
+        _kernels_sections.fit_sections(points, bounds, starts, ends, centres, directions)
+        return Sections(starts, ends, centres, directions, self.cost[which, count - 1])
+
+
+def straight_sections(points: NDArray[np.float64], price: NDArray[np.float64], most: int) -> Divisions:
     """Divide outlines into straight sections so that their points stray least (our own).
 
     The best division by total squared distance, found exactly over all divisions at the bounds of 32 equal
@@ -61,78 +110,13 @@ def straight_sections(
 
     Returns
     -------
-    dict of int to Sections
+    Divisions
         By the number of sections.
     """
-    per_cell = points.shape[1] // CELLS
-    left_out = price[:, None] * per_cell * np.arange(CELLS + 1)
-    lines = _costs_of_lines(points, per_cell)
-    every = np.arange(len(points))
-    cost = left_out
-    steps: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
-    found: dict[int, Sections] = {}
-    for count in range(1, most + 1):
-        cost, start, end = _one_more(cost, lines, left_out)
-        steps.append((start, end))
-        bounds = np.empty((len(points), count, 2), np.intp)
-        at = np.full(len(points), CELLS)
-        for k in range(count - 1, -1, -1):
-            start, end = steps[k]
-            bounds[:, k, 1] = end[every, at]
-            at = start[every, bounds[:, k, 1]]
-            bounds[:, k, 0] = at
-        found[count] = _fitted(points, bounds * per_cell, cost[:, -1])
-    return found
+    from evifuse.vision import _kernels_sections
 
-
-def _costs_of_lines(points: NDArray[np.float64], per_cell: int) -> NDArray[np.float64]:
-    """Squared distances of the points of cells i to j from their best line, shape (B, 32, 32)."""
-    offset = points - points.mean(axis=1, keepdims=True)
-    x, y = offset[..., 0], offset[..., 1]
-    moments = np.stack([x, y, x * x, x * y, y * y]).reshape(5, len(points), CELLS, per_cell).sum(axis=-1)
-    sums = np.zeros((5, len(points), CELLS + 1))
-    np.cumsum(moments, axis=2, out=sums[:, :, 1:])
-    x, y, xx, xy, yy = sums[:, :, None, 1:] - sums[:, :, :-1, None]
-    place = np.arange(CELLS)
-    longer = place[None, :] - place[:, None]
-    count = per_cell * np.maximum(longer + 1, 1)
-    xx, xy, yy = xx - x * x / count, xy - x * y / count, yy - y * y / count
-    cost = 0.5 * (xx + yy - np.sqrt((xx - yy) ** 2 + 4 * xy * xy))
-    return np.where(longer >= 1, np.maximum(cost, 0.0), np.inf)
-
-
-def _one_more(
-    cost: NDArray[np.float64], lines: NDArray[np.float64], left_out: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.intp]]:
-    """Least cost of the first n cells with one section more, and where that section starts and ends."""
-    total = cost[:, :-1, None] + lines
-    start = total.argmin(axis=1)
-    least = np.take_along_axis(total, start[:, None], axis=1)[:, 0] - left_out[:, 1:]
-    ending = np.pad(least, ((0, 0), (1, 0)), constant_values=np.inf)
-    best = np.minimum.accumulate(ending, axis=1)
-    end = np.maximum.accumulate(np.where(ending <= best, np.arange(CELLS + 1), 0), axis=1)
-    return best + left_out, np.pad(start, ((0, 0), (1, 0))), end
-
-
-def _fitted(points: NDArray[np.float64], bounds: NDArray[np.intp], cost: NDArray[np.float64]) -> Sections:
-    """Lines through the points from the first to before the second bound of each section.
-
-    The points next to a bound, which may lie on the round of a corner, and then the farthest tenth are left
-    out.
-    """
-    place = np.arange(points.shape[1])
-    rim = np.where(bounds[..., 1:] - bounds[..., :1] >= LEAST_TRIMMED, 1, 0)
-    mine = (place >= bounds[..., :1] + rim) & (place < bounds[..., 1:] - rim)
-    centre, direction = fit_line(points[:, None], mine.astype(np.float64))
-    away = np.abs(cross(points[:, None] - centre[:, :, None], direction[:, :, None]))
-    count = mine.sum(axis=-1, keepdims=True)
-    rank = np.maximum(np.ceil(KEPT * count).astype(np.intp) - 1, 0)
-    limit = np.take_along_axis(np.sort(np.where(mine, away, np.inf), axis=-1), rank, axis=-1)
-    centre, direction = fit_line(points[:, None], (mine & (away <= limit)).astype(np.float64))
-    first = np.take_along_axis(points, np.minimum(bounds[..., 0], len(place) - 1)[..., None], axis=1)
-    last = np.take_along_axis(points, np.maximum(bounds[..., 1] - 1, 0)[..., None], axis=1)
-    backwards = ((last - first) * direction).sum(axis=-1, keepdims=True) < 0
-    direction = np.where(backwards, -direction, direction)
-    start = centre + direction * ((first - centre) * direction).sum(axis=-1, keepdims=True)
-    end = centre + direction * ((last - centre) * direction).sum(axis=-1, keepdims=True)
-    return Sections(start, end, centre, direction, cost)
+    points = np.ascontiguousarray(points)
+    bounds = np.zeros((len(points), most, most, 2), np.int64)
+    cost = np.empty((len(points), most))
+    _kernels_sections.divide(points, price, CELLS, bounds, cost)
+    return Divisions(points, bounds * (points.shape[1] // CELLS), cost)
