@@ -9,16 +9,15 @@ Every kernel works on C-contiguous arrays whose first dimension counts the outli
 
 from math import ceil, sqrt
 
-import numba
 import numpy as np
+
+from evifuse.vision._kernels_match import largest_but, njit
 
 LEAST_TRIMMED = 6
 """A section of so many points is fitted without its first and its last (our own)."""
 
 KEPT = 0.9
 """A line is fitted to this share of its points, the nearest ones (our own)."""
-
-njit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 @njit
@@ -128,9 +127,7 @@ def fit_sections(points, bounds, starts, ends, centres, directions):
             for i in range(low, high):
                 away[i] = abs((xs[i] - x) * v - (ys[i] - y) * u)
             left_out = (high - low) - max(ceil(KEPT * (high - low)), 1)
-            x, y, u, v = _line(
-                xs, ys, away, low, high, _next_largest(away[low:high], farthest[: left_out + 1])
-            )
+            x, y, u, v = _line(xs, ys, away, low, high, largest_but(away[low:high], farthest[: left_out + 1]))
             if (xs[last] - xs[first]) * u + (ys[last] - ys[first]) * v < 0.0:
                 u, v = -u, -v
             t = (xs[first] - x) * u + (ys[first] - y) * v
@@ -168,17 +165,3 @@ def _line(xs, ys, away, low, high, limit):
     if difference < 0.0:
         u, v = v, u
     return mx, my, u, v if xy >= 0.0 else -v
-
-
-@njit
-def _next_largest(away, largest):
-    """The n-th largest distance, n the size of the scratch array."""
-    largest[:] = -1.0
-    for value in away:
-        i = largest.shape[0] - 1
-        if value > largest[i]:
-            while i > 0 and largest[i - 1] < value:
-                largest[i] = largest[i - 1]
-                i -= 1
-            largest[i] = value
-    return largest[-1]

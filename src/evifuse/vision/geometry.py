@@ -3,6 +3,8 @@
 Every function takes any number of leading batch dimensions, written ``...``.
 """
 
+from math import prod
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ __all__ = [
     "fit_line",
     "following",
     "intersection",
+    "length_before",
     "resample",
     "side_lengths",
 ]
@@ -120,7 +123,8 @@ def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.fl
     points : ndarray of float64, shape (..., N, 2)
         Points.
     polygon : ndarray of float64, shape (..., K, 2)
-        Corners in order; side ``i`` goes from corner ``i`` to corner ``i + 1``.
+        Corners in order; side ``i`` goes from corner ``i`` to corner ``i + 1``. The leading dimensions are
+        those of the points.
 
     Returns
     -------
@@ -129,15 +133,40 @@ def distances_to_polygon(points: Points, polygon: Points) -> tuple[NDArray[np.fl
     position : ndarray of float64, shape (..., N)
         Where on the polygon each is nearest to: the number of the side, and the share of it that lies before.
     """
-    along = following(polygon) - polygon
-    x = points[..., :, None, 0] - polygon[..., None, :, 0]
-    y = points[..., :, None, 1] - polygon[..., None, :, 1]
-    u, v = along[..., None, :, 0], along[..., None, :, 1]
-    t = np.clip((x * u + y * v) / np.maximum(u * u + v * v, 1e-12), 0.0, 1.0)
-    squared = (x - t * u) ** 2 + (y - t * v) ** 2
-    side = squared.argmin(axis=-1)[..., None]
-    share = np.take_along_axis(t, side, axis=-1)[..., 0]
-    return np.sqrt(np.take_along_axis(squared, side, axis=-1)[..., 0]), side[..., 0] + np.nan_to_num(share)
+    from evifuse.vision import _kernels_match
+
+    leading, count = points.shape[:-2], points.shape[-2]
+    rows = prod(leading)
+    distance, position = np.empty((rows, count)), np.empty((rows, count))
+    _kernels_match.polygon_distances(
+        np.ascontiguousarray(points).reshape(rows, count, 2),
+        np.ascontiguousarray(polygon).reshape(rows, polygon.shape[-2], 2),
+        distance,
+        position,
+    )
+    return distance.reshape(*leading, count), position.reshape(*leading, count)
+
+
+def length_before(polygon: Points, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of the length of a closed polygon that lies before places on it.
+
+    Parameters
+    ----------
+    polygon : ndarray of float64, shape (B, K, 2)
+        Corners in order.
+    position : ndarray of float64, shape (B, N)
+        The number of the side, and the share of it that lies before, as from `distances_to_polygon`.
+
+    Returns
+    -------
+    ndarray of float64, shape (B, N)
+        In [0, 1].
+    """
+    from evifuse.vision import _kernels_match
+
+    share = np.empty(position.shape)
+    _kernels_match.lengths_before(np.ascontiguousarray(polygon), position, share)
+    return share
 
 
 def fit_line(points: Points, weights: NDArray[np.float64]) -> tuple[Points, Points]:

@@ -5,15 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.primitives.outline import POINTS, Outlines
+from evifuse.vision.primitives.outline import Outlines
 
 __all__ = ["LEAST_TRUST", "MOST_TOLERANCES", "Agreement", "agreement"]
 
 LEAST_TRUST = 0.02
 """Hypotheses that agree with the outline less than this are dropped at once (our own)."""
-
-PARTS = 32
-"""A part of a primitive, of so many, is seen if a point of the outline is nearest to it (our own)."""
 
 MOST_TOLERANCES = 2.5
 """A point that strays further than so many tolerances is not on the primitive at all (our own)."""
@@ -30,7 +27,7 @@ class Agreement:
     explained : ndarray of float64
         Share of the outline's points that lie near the primitive.
     coverage : ndarray of float64
-        Share of the primitive that points of the outline are nearest to.
+        Share of the primitive that points of the outline are nearest to, in 32 parts.
     opening : ndarray of float64
         Longest run of the primitive that no point is nearest to, as a share of it.
     deviation : ndarray of float64
@@ -94,21 +91,8 @@ def agreement(outlines: Outlines, distance: NDArray[np.float64], position: NDArr
     Agreement
         All terms but the deviation in [0, 1]; without a primitive nothing fits.
     """
-    tolerance = outlines.tolerance
-    distance = np.nan_to_num(distance, nan=np.inf)
-    ordered = np.sort(distance, axis=1)
-    fit = np.exp(-0.5 * (ordered[:, : int(0.9 * POINTS)] ** 2).mean(axis=1) / tolerance**2)
-    near = distance <= 3 * tolerance[:, None]
-    place = np.minimum(np.nan_to_num(position) * PARTS, PARTS - 1).astype(np.intp)
-    place += PARTS * np.arange(len(place))[:, None]
-    seen = np.bincount(place[near], minlength=PARTS * len(place)).reshape(-1, PARTS) > 0
-    deviation = np.sqrt((np.minimum(distance, MOST_TOLERANCES * tolerance[:, None]) ** 2).mean(axis=1))
-    return Agreement(fit, near.mean(axis=1), seen.mean(axis=1), _longest_run(~seen) / PARTS, deviation)
+    from evifuse.vision import _kernels_match
 
-
-def _longest_run(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Longest run of True in each row, which is a circle."""
-    count = mask.shape[1]
-    place = np.arange(2 * count)
-    blocked = np.where(np.tile(mask, 2), -1, place)
-    return np.minimum((place - np.maximum.accumulate(blocked, axis=1)).max(axis=1), count)
+    terms = np.empty((5, len(distance)))
+    _kernels_match.agree(distance, position, outlines.tolerance, MOST_TOLERANCES, *terms)
+    return Agreement(*terms)

@@ -1,11 +1,12 @@
 """Ellipses fitted to outlines."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import side_lengths
+from evifuse.vision.geometry import length_before
 from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
 from evifuse.vision.primitives.hypothesis import Geometry
 from evifuse.vision.primitives.odds import log_odds
@@ -15,6 +16,9 @@ __all__ = ["FittedEllipses", "fit_ellipses", "tangency_of"]
 
 CORNERS = 48
 """Corners of the polygon that stands for an ellipse."""
+
+LEAST_AXIS_PX = 0.5
+"""An ellipse whose short axis is no longer than this is a line, px (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +51,7 @@ class FittedEllipses:
     tangency: NDArray[np.float64]
     odds: NDArray[np.float64]
 
-    @property
+    @cached_property
     def shape(self) -> NDArray[np.float64]:
         """Points on the ellipses, in order, px, shape (B, 48, 2)."""
         return _polygons(np.column_stack([self.centre, self.axes, self.angle_rad]))
@@ -87,12 +91,12 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
     FittedEllipses
         None where the points lie on no ellipse of a size comparable with the outline, or far from it.
     """
-    first = _direct(outlines.points)
-    distance, position = _nearest(outlines.points, first)
+    points = outlines.points
+    first = _direct(points, np.zeros(points.shape[:2]), 0)
+    distance, position = _nearest(points, first)
     match = agreement(outlines, distance, position)
-    near = np.sort(np.argsort(distance, axis=1)[:, : int(0.85 * POINTS)], axis=1)
-    second = _direct(np.take_along_axis(outlines.points, near[..., None], axis=1))
-    other = agreement(outlines, *_nearest(outlines.points, second))
+    second = _direct(points, distance, POINTS - int(0.85 * POINTS))
+    other = agreement(outlines, *_nearest(points, second))
     better = other.deviation < match.deviation
     best, match = np.where(better[:, None], second, first), other.where(better, match)
     extent = np.ptp(outlines.hull, axis=1).max(axis=1)
@@ -137,16 +141,16 @@ def tangency_of(outlines: Outlines, ellipses: NDArray[np.float64]) -> NDArray[np
     return on / np.maximum(np.bincount(outlines.owner, lengths, minlength=len(ellipses)), 1e-12)
 
 
-def _direct(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Centre x and y, long and short axis and angle of the ellipse of each outline; NaN for none."""
-    import cv2
+def _direct(points: NDArray[np.float64], distance: NDArray[np.float64], left_out: int) -> NDArray[np.float64]:
+    """Centre x and y, long and short axis and angle of the ellipse of each outline; NaN for none.
 
-    found = np.array([(*c, *a, d) for c, a, d in map(cv2.fitEllipseDirect, points.astype(np.float32))])
-    found[~(np.isfinite(found).all(axis=1) & (found[:, 2:4].min(axis=1) > 0.5))] = np.nan
-    upright = found[:, 2] < found[:, 3]
-    found[upright, 2:4] = found[upright, 3:1:-1]
-    angle = np.deg2rad(found[:, 4] + 90 * upright)
-    found[:, 4] = (angle + np.pi / 2) % np.pi - np.pi / 2
+    It is fitted without so many points, the most distant ones.
+    """
+    from evifuse.vision import _kernels_ellipse
+
+    found = np.empty((len(points), 5))
+    _kernels_ellipse.direct_ellipses(points, distance, left_out, found)
+    found[~(found[:, 3] > LEAST_AXIS_PX)] = np.nan
     return found
 
 
@@ -165,18 +169,11 @@ def _nearest(
     Where is the share of the ellipse's length before that point; along a part of 1 / 48 of a turn it is
     linear.
     """
-    own = _turned(points - ellipses[:, None, :2], ellipses[:, None, 4])
-    half = ellipses[:, None, 2:4] / 2
-    unit = own / half
-    gauge = np.hypot(unit[..., 0], unit[..., 1])
-    slope = np.hypot(*np.moveaxis(unit / half, -1, 0)) / np.maximum(gauge, 1e-9)
-    turn = np.nan_to_num(np.arctan2(unit[..., 1], unit[..., 0]) / (2 * np.pi) % 1.0) * CORNERS
-    before = np.minimum(turn.astype(np.intp), CORNERS - 1)
-    spans = side_lengths(_polygons(ellipses))
-    until = np.cumsum(spans, axis=1)
-    length = np.take_along_axis(until, before, axis=1)
-    length -= (1 - turn + before) * np.take_along_axis(spans, before, axis=1)
-    return np.abs(gauge - 1) / np.maximum(slope, 1e-9), np.clip(length / until[:, -1:], 0, 1)
+    from evifuse.vision import _kernels_ellipse
+
+    distance, position = np.empty(points.shape[:2]), np.empty(points.shape[:2])
+    _kernels_ellipse.ellipse_distances(points, ellipses, CORNERS, distance, position)
+    return distance, length_before(_polygons(ellipses), position)
 
 
 def _polygons(ellipses: NDArray[np.float64]) -> NDArray[np.float64]:

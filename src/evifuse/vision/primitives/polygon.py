@@ -10,6 +10,7 @@ from evifuse.vision.fit import FittedEdges
 from evifuse.vision.geometry import (
     corner_angles,
     distances_to_polygon,
+    length_before,
     side_lengths,
 )
 from evifuse.vision.primitives.agreement import LEAST_TRUST, Agreement, agreement
@@ -134,12 +135,7 @@ def _nearest(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Distance of points from polygons, and the share of the polygon's length before the nearest place."""
     distance, position = distances_to_polygon(points, polygon)
-    spans = side_lengths(polygon)
-    side = np.minimum(position.astype(np.intp), polygon.shape[1] - 1)
-    until = np.cumsum(spans, axis=1)
-    length = np.take_along_axis(until, side, axis=1)
-    length -= (1 - position + side) * np.take_along_axis(spans, side, axis=1)
-    return distance, np.clip(length / until[:, -1:], 0, 1)
+    return distance, length_before(polygon, position)
 
 
 def mean_of_sides(beliefs: NDArray[np.float64], least: int) -> NDArray[np.float64]:
