@@ -99,9 +99,8 @@ def fit_ellipses(outlines: Outlines) -> FittedEllipses:
     other = agreement(outlines, *_nearest(points, second))
     better = other.deviation < match.deviation
     best, match = np.where(better[:, None], second, first), other.where(better, match)
-    extent = np.ptp(outlines.hull, axis=1).max(axis=1)
     return FittedEllipses(
-        found=(best[:, 2] <= 3 * extent) & (match.fit * match.explained >= LEAST_TRUST),
+        found=(best[:, 2] <= 3 * outlines.extent) & (match.fit * match.explained >= LEAST_TRUST),
         centre=best[:, :2],
         axes=best[:, 2:4],
         angle_rad=best[:, 4],
