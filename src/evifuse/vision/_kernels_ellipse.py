@@ -16,22 +16,81 @@ from evifuse.vision._kernels_match import largest_but, njit
 
 @njit
 def ellipse_distances(points, ellipses, corners, distance, position):
-    """Distances [B, N] of points from ellipses [B, 5] to first order, and where, in parts of a turn."""
+    """Distances [B, N] of points from ellipses [B, 5] to first order, and where, in sides.
+
+    That is where the ray from the centre meets the polygon that stands for the ellipse; its number of corners
+    is a multiple of 4.
+    """
+    quarter = corners // 4
+    t = 0.5 * pi / quarter * np.arange(quarter + 1)
+    x, y = np.cos(t), np.sin(t)
     for b in range(points.shape[0]):
-        mx, my, p, q = ellipses[b, 0], ellipses[b, 1], ellipses[b, 2] / 2, ellipses[b, 3] / 2
+        mx, my, along_p, along_q = ellipses[b, 0], ellipses[b, 1], 2 / ellipses[b, 2], 2 / ellipses[b, 3]
         c, s = cos(ellipses[b, 4]), sin(ellipses[b, 4])
-        if not isfinite(mx + my + p + q + c):
+        if not isfinite(mx + my + along_p + along_q + c):
             distance[b, :] = np.nan
             position[b, :] = 0.0
             continue
         for i in range(points.shape[1]):
             dx, dy = points[b, i, 0] - mx, points[b, i, 1] - my
-            u, v = (c * dx + s * dy) / p, (c * dy - s * dx) / q
+            u, v = (c * dx + s * dy) * along_p, (c * dy - s * dx) * along_q
             gauge = sqrt(u * u + v * v)
-            slope = sqrt(u * u / (p * p) + v * v / (q * q)) / max(gauge, 1e-9)
+            slope = sqrt((u * along_p) ** 2 + (v * along_q) ** 2) / max(gauge, 1e-9)
             distance[b, i] = abs(gauge - 1.0) / max(slope, 1e-9)
-            turn = atan2(v, u) / (2 * pi)
-            position[b, i] = (turn if turn >= 0.0 else turn + 1.0) * corners
+            along = _in_quarter(abs(u), abs(v), x, y)
+            along = along if (u >= 0.0) == (v >= 0.0) else 2 * quarter - along
+            position[b, i] = along if v >= 0.0 else 2 * quarter + along
+
+
+@njit
+def _in_quarter(u, v, x, y):
+    """Where a ray in the first quarter meets the polygon with corners (x, y) on the unit circle, in sides."""
+    low, high = 0, len(x) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if v * x[middle] >= u * y[middle]:
+            low = middle
+        else:
+            high = middle
+    before, after = v * x[low] - u * y[low], u * y[high] - v * x[high]
+    return low + before / max(before + after, 1e-300)
+
+
+@njit
+def tangency(starts, ends, owner, ellipses, share):
+    """Mean [B] over segments of 1 - sin of their angle to the tangent of an ellipse, weighted by length."""
+    total = np.zeros(len(share))
+    share[:] = 0.0
+    for i in range(len(owner)):
+        b = owner[i]
+        u, v = ends[i, 0] - starts[i, 0], ends[i, 1] - starts[i, 1]
+        x, y = (
+            (starts[i, 0] + ends[i, 0]) / 2 - ellipses[b, 0],
+            (starts[i, 1] + ends[i, 1]) / 2 - ellipses[b, 1],
+        )
+        c, s = cos(ellipses[b, 4]), sin(ellipses[b, 4])
+        p, q = (c * x + s * y) / ellipses[b, 2] ** 2, (c * y - s * x) / ellipses[b, 3] ** 2
+        length = sqrt(u * u + v * v)
+        across = abs((c * u + s * v) * p + (c * v - s * u) * q)
+        off = across / max(length * sqrt(p * p + q * q), 1e-12)
+        share[b] += length * (1 - min(off, 1.0) if off == off else np.nan)
+        total[b] += length
+    for b in range(len(share)):
+        share[b] /= max(total[b], 1e-12)
+
+
+@njit
+def corners_of(ellipses, polygons):
+    """Points on ellipses [B, 5] at equal steps of the parameter, in order [B, K, 2]."""
+    corners = polygons.shape[1]
+    t = 2 * pi / corners * np.arange(corners)
+    x, y = np.cos(t), np.sin(t)
+    for b in range(ellipses.shape[0]):
+        p, q = ellipses[b, 2] / 2, ellipses[b, 3] / 2
+        c, s = cos(ellipses[b, 4]), sin(ellipses[b, 4])
+        for k in range(corners):
+            polygons[b, k, 0] = ellipses[b, 0] + c * p * x[k] - s * q * y[k]
+            polygons[b, k, 1] = ellipses[b, 1] + s * p * x[k] + c * q * y[k]
 
 
 @njit

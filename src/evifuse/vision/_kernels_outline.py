@@ -33,22 +33,42 @@ def prepare(path, sizes, first, points, around, inside, extent):
 @njit
 def _hull(points):
     """Corners of the convex hull, in order (Andrew, 1979)."""
-    n = len(points)
-    order = np.argsort(points[:, 0])
-    hull = np.empty((2 * n + 2, 2))
-    low = _chain(points, order, hull, 0, -1.0)
-    high = _chain(points, order[::-1], hull, low, 1.0)
-    return hull[:high]
+    order = _from_left(points)
+    hull = np.empty((2 * len(points) + 2, 2))
+    middle = _chain(points, order, hull, 0, -1.0)
+    return hull[: _chain(points, order[::-1], hull, middle, 1.0)]
+
+
+@njit
+def _from_left(points):
+    """Places of points in the order of x: by whole pixels first, then those of one pixel."""
+    low = np.floor(points[:, 0].min())
+    until = np.zeros(int(points[:, 0].max() - low) + 2, np.int64)
+    for p in range(len(points)):
+        until[int(points[p, 0] - low) + 1] += 1
+    until = np.cumsum(until)
+    order = np.empty(len(points), np.int64)
+    for p in range(len(points)):
+        column = int(points[p, 0] - low)
+        order[until[column]] = p
+        until[column] += 1
+    for i in range(1, len(points)):
+        p, j = order[i], i
+        while j > 0 and points[order[j - 1], 0] > points[p, 0]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = p
+    return order
 
 
 @njit
 def _chain(points, order, hull, at, side):
-    """The lower (-1) or upper (1) side of a hull from one end to the other, into it from a place on."""
-    n, base, i = len(order), at, 0
-    while i < n:
+    """The upper (-1) or lower (1) side of a hull on the screen, into it from a place on; the next place."""
+    base, i = at, 0
+    while i < len(order):
         x, y = points[order[i], 0], points[order[i], 1]
         i += 1
-        while i < n and points[order[i], 0] == x:  # of points above each other the outer one
+        while i < len(order) and points[order[i], 0] == x:  # of points above each other the outer one
             y = max(side * y, side * points[order[i], 1]) * side
             i += 1
         while at - base > 1 and _turn(hull[at - 2], hull[at - 1], x, y) <= 0.0:

@@ -22,12 +22,12 @@ KEPT = 0.9
 
 @njit
 def divide(points, price, cells, bounds, cost):
-    """Bounds [B, K, K, 2] of the best 1 to K sections, in cells; what they cost [B, K], square px."""
+    """Bounds [B, K, K, 2] of the best 1 to K sections, in points; what they cost [B, K], square px."""
     count, most = cost.shape
     per_cell = points.shape[1] // cells
     lines = np.empty((cells, cells))
     least, before = np.empty(cells), np.empty(cells + 1)
-    start, end = np.zeros((most, cells + 1), np.int64), np.zeros((most, cells + 1), np.int64)
+    start, end = np.zeros((most, cells + 1), np.int32), np.zeros((most, cells + 1), np.int32)
     for b in range(count):
         _costs_of_lines(points[b], cells, per_cell, lines)
         left_out = price[b] * per_cell
@@ -38,9 +38,9 @@ def divide(points, price, cells, bounds, cost):
             cost[b, k] = before[cells]
             at = cells
             for section in range(k, -1, -1):
-                bounds[b, k, section, 1] = end[section, at]
+                bounds[b, k, section, 1] = end[section, at] * per_cell
                 at = start[section, end[section, at]]
-                bounds[b, k, section, 0] = at
+                bounds[b, k, section, 0] = at * per_cell
 
 
 @njit
@@ -85,12 +85,13 @@ def _one_more(cost, lines, left_out, least, start, end):
     cells = least.shape[0]
     least[:] = np.inf
     start[:] = 0
-    for i in range(cells):
-        for j in range(i + 1, cells):
-            total = cost[i] + lines[i, j]
-            better = total < least[j]
-            least[j] = total if better else least[j]
-            start[j + 1] = i if better else start[j + 1]
+    for i in range(cells - 1):
+        row, so_far, begin = lines[i, i + 1 :], least[i + 1 :], start[i + 2 :]
+        for j in range(cells - 1 - i):  # no branch: several at once
+            total = cost[i] + row[j]
+            better = total < so_far[j]
+            so_far[j] = total if better else so_far[j]
+            begin[j] = i if better else begin[j]
     best = np.inf
     at = 0
     cost[0] = np.inf

@@ -116,7 +116,7 @@ def straight_sections(points: NDArray[np.float64], price: NDArray[np.float64], m
     from evifuse.vision import _kernels_sections
 
     points = np.ascontiguousarray(points)
-    bounds = np.zeros((len(points), most, most, 2), np.int64)
+    bounds = np.empty((len(points), most, most, 2), np.int64)
     cost = np.empty((len(points), most))
     _kernels_sections.divide(points, price, CELLS, bounds, cost)
-    return Divisions(points, bounds * (points.shape[1] // CELLS), cost)
+    return Divisions(points, bounds, cost)

@@ -129,15 +129,11 @@ def tangency_of(outlines: Outlines, ellipses: NDArray[np.float64]) -> NDArray[np
     ndarray of float64, shape (B,)
         In [0, 1].
     """
-    own = ellipses[outlines.owner]
-    along = outlines.ends - outlines.starts
-    lengths = np.hypot(along[:, 0], along[:, 1])
-    along = _turned(along, own[:, 4])
-    normal = _turned((outlines.starts + outlines.ends) / 2 - own[:, :2], own[:, 4]) / own[:, 2:4] ** 2
-    off = np.abs((along * normal).sum(axis=1))
-    off /= np.maximum(lengths * np.hypot(normal[:, 0], normal[:, 1]), 1e-12)
-    on = np.bincount(outlines.owner, lengths * (1 - np.clip(off, 0, 1)), minlength=len(ellipses))
-    return on / np.maximum(np.bincount(outlines.owner, lengths, minlength=len(ellipses)), 1e-12)
+    from evifuse.vision import _kernels_ellipse
+
+    share = np.empty(len(ellipses))
+    _kernels_ellipse.tangency(outlines.starts, outlines.ends, outlines.owner, ellipses, share)
+    return share
 
 
 def _direct(points: NDArray[np.float64], distance: NDArray[np.float64], left_out: int) -> NDArray[np.float64]:
@@ -153,20 +149,13 @@ def _direct(points: NDArray[np.float64], distance: NDArray[np.float64], left_out
     return found
 
 
-def _turned(vectors: NDArray[np.float64], angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors, shape (..., 2), in axes turned by an angle, shape (...)."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
-
-
 def _nearest(
     points: NDArray[np.float64], ellipses: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Distance of points from ellipses to first order in the gauge function, exact for circles, and where.
 
-    Where is the share of the ellipse's length before that point; along a part of 1 / 48 of a turn it is
-    linear.
+    Where is the share of the ellipse's length before the ray from its centre through the point, measured on
+    the polygon that stands for the ellipse.
     """
     from evifuse.vision import _kernels_ellipse
 
@@ -177,6 +166,8 @@ def _nearest(
 
 def _polygons(ellipses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points on ellipses, in order, shape (B, 48, 2)."""
-    t = 2 * np.pi * np.arange(CORNERS) / CORNERS
-    unit = np.stack([np.cos(t), np.sin(t)], axis=-1)
-    return ellipses[:, None, :2] + _turned(unit * ellipses[:, None, 2:4] / 2, -ellipses[:, None, 4])
+    from evifuse.vision import _kernels_ellipse
+
+    polygons = np.empty((len(ellipses), CORNERS, 2))
+    _kernels_ellipse.corners_of(ellipses, polygons)
+    return polygons
