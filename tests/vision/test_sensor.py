@@ -169,7 +169,8 @@ def test_json_has_what_others_parse() -> None:
     assert sum(value["belief"].values()) == pytest.approx(1.0)
     assert set(value["conductivity"]) == {"rectangular", "triangular", "elliptical"}
     assert value["decision"] == "triangular"
-    assert all(set(e) == {"start", "end", "belief"} for e in value["fitted_edges"])
+    keys = {"start", "end", "belief", "start_covariance_px2", "end_covariance_px2"}
+    assert all(set(e) == keys for e in value["fitted_edges"])
     assert all({"kind", "belief"} < set(p) for p in value["primitives"])
 
 

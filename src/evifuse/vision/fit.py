@@ -1,6 +1,6 @@
 """Fitted edges: one straight line for many edge segments, with the belief of section 3.1."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,10 @@ ANGLE_TOLERANCE_RAD = float(np.deg2rad(10.0))
 """Segments whose angle to the fitted line is so near to the smallest such angle count in n* (our own)."""
 
 
+def _unknown() -> NDArray[np.float64]:
+    return np.full((2, 2), np.nan)
+
+
 @dataclass(frozen=True)
 class FittedEdge:
     """A straight line that stands for a run of edge segments.
@@ -31,11 +35,15 @@ class FittedEdge:
         End points x and y, px.
     belief : float
         Belief in it, in [0, 1] (section 3.1); the balance is on the frame.
+    start_covariance_px2, end_covariance_px2 : ndarray of float64, shape (2, 2)
+        How uncertain each end point is: covariance of its x and y, square px; NaN while it is not known.
     """
 
     start: NDArray[np.float64]
     end: NDArray[np.float64]
     belief: float
+    start_covariance_px2: NDArray[np.float64] = field(default_factory=_unknown)
+    end_covariance_px2: NDArray[np.float64] = field(default_factory=_unknown)
 
     @property
     def length(self) -> float:

@@ -14,8 +14,10 @@ from evifuse.recordings.images import as_image
 from evifuse.vision.candidates import Candidates, candidates_of
 from evifuse.vision.detect import Detector, EdgeDrawing
 from evifuse.vision.evidence import shape_evidence
+from evifuse.vision.exact import exact_hypotheses, with_rough_ends
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.group import group_objects
+from evifuse.vision.link import LinkList
 from evifuse.vision.outlines import find_outlines
 from evifuse.vision.primitives import PRIMITIVES, SHAPE_FRAME, Hypothesis, Primitive, outlines_of
 from evifuse.vision.sides import split_at_corners
@@ -68,7 +70,13 @@ class SeenObject:
         return {
             "box": list(self.box),
             "fitted_edges": [
-                {"start": e.start.tolist(), "end": e.end.tolist(), "belief": e.belief}
+                {
+                    "start": e.start.tolist(),
+                    "end": e.end.tolist(),
+                    "belief": e.belief,
+                    "start_covariance_px2": e.start_covariance_px2.tolist(),
+                    "end_covariance_px2": e.end_covariance_px2.tolist(),
+                }
                 for e in self.fitted_edges
             ],
             "primitives": [{"kind": h.kind, "belief": h.belief, **h.geometry} for h in self.primitives],
@@ -129,14 +137,18 @@ def sense_shapes(
     masses = np.stack([e.masses for e in evidence])
     together = classify(MassFunction(frame, evidence[0].focal_sets, masses), kb)
     size = (picture.shape[1], picture.shape[0])
+    exact = exact_hypotheses(
+        [tuple(map(working.hypothesis, hypotheses)) for hypotheses in shown], picture, working.scale
+    )
     seen: list[SeenObject] = []
-    for k, (i, hypotheses) in enumerate(zip(chosen, shown, strict=True)):
-        edges = hypotheses[0].edges or split_at_corners(candidates.outlines.links[i])
+    for k, (i, hypotheses) in enumerate(zip(chosen, exact, strict=True)):
+        shape = hypotheses[0].shape
         seen.append(
             SeenObject(
-                box=_pixel_box(working.point(boxes[i].reshape(2, 2)), size),
-                fitted_edges=tuple(working.edge(e) for e in edges),
-                primitives=tuple(working.hypothesis(h) for h in hypotheses),
+                box=_pixel_box(np.stack([shape.min(axis=0), shape.max(axis=0)]), size),
+                fitted_edges=hypotheses[0].edges
+                or _edges_between_corners(candidates.outlines.links[i], working),
+                primitives=hypotheses,
                 evidence=evidence[k],
                 classification=_one_of(together, k),
             )
@@ -182,6 +194,11 @@ def find_candidates(
         return None
     outlines = outlines_of(links)
     return candidates_of(outlines, working.scale, strokes_of(chains, outlines), primitives)
+
+
+def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[FittedEdge, ...]:
+    """Fitted edges of an outline that is no polygon."""
+    return tuple(with_rough_ends(working.edge(e), working.scale) for e in split_at_corners(links))
 
 
 def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -11,7 +11,7 @@ from evifuse.vision.fit import FittedEdge, FittedEdges
 
 __all__ = ["Geometry", "Hypothesis", "Proposals"]
 
-Geometry: TypeAlias = dict[str, list[float] | list[list[float]] | float]
+Geometry: TypeAlias = dict[str, list[list[list[float]]] | list[list[float]] | list[float] | float]
 """Where a primitive lies, by name, in px and radians: `corners`, or `centre`, `axes` and `angle_rad`."""
 
 
