@@ -10,8 +10,9 @@ Usage: python benchmarks/corners.py [--count 30] [--json FILE]
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,11 @@ WITHIN_95 = 5.991
 """Squared Mahalanobis distance in the plane that 95 % of normal errors do not exceed."""
 
 
-def drawn(inside: Any, blur_px: float, noise: float, random: np.random.Generator) -> NDArray[np.uint8]:
+Inside: TypeAlias = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.bool_]]
+"""Whether points x and y lie in a shape."""
+
+
+def drawn(inside: Inside, blur_px: float, noise: float, random: np.random.Generator) -> NDArray[np.uint8]:
     """A dark shape on light ground, by a function of x and y that says what is inside."""
     import cv2
 
@@ -36,7 +41,7 @@ def drawn(inside: Any, blur_px: float, noise: float, random: np.random.Generator
     return np.clip(np.round(image + random.normal(0, noise, SIZE)), 0, 255).astype(np.uint8)
 
 
-def polygon(corners: NDArray[np.float64]) -> Any:
+def polygon(corners: NDArray[np.float64]) -> Inside:
     """What is inside a convex polygon, clockwise on the screen."""
 
     def inside(x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -48,14 +53,16 @@ def polygon(corners: NDArray[np.float64]) -> Any:
     return inside
 
 
-def ellipse(centre: NDArray[np.float64], half: NDArray[np.float64], turn: float) -> Any:
+def ellipse(centre: NDArray[np.float64], half: NDArray[np.float64], turn: float) -> Inside:
     """What is inside an ellipse."""
     c, s = np.cos(turn), np.sin(turn)
-    return lambda x, y: (
-        ((c * (x - centre[0]) + s * (y - centre[1])) / half[0]) ** 2
-        + ((c * (y - centre[1]) - s * (x - centre[0])) / half[1]) ** 2
-        <= 1
-    )
+
+    def inside(x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.bool_]:
+        u = c * (x - centre[0]) + s * (y - centre[1])
+        v = c * (y - centre[1]) - s * (x - centre[0])
+        return (u / half[0]) ** 2 + (v / half[1]) ** 2 <= 1
+
+    return inside
 
 
 def random_polygon(kind: str, random: np.random.Generator) -> NDArray[np.float64]:

@@ -77,9 +77,8 @@ def crossings(
     before, at, after = change[..., :-2], change[..., 1:-1], change[..., 2:]
     peak = (at >= before) & (at > after) & (at > LEAST_CONTRAST)
     best = np.where(peak, at * near[1:-1], 0.0).argmax(axis=-1)[..., None]
-    before, at, after, there = (
-        np.take_along_axis(v, best, axis=-1)[..., 0] for v in (before, at, after, peak)
-    )
+    there = np.take_along_axis(peak, best, axis=-1)[..., 0]
+    before, at, after = (np.take_along_axis(v, best, axis=-1)[..., 0] for v in (before, at, after))
     strength = np.where(there, at, np.nan)
     known = there.any(axis=1)
     middle = np.full(len(places), np.inf)
