@@ -11,9 +11,7 @@ from evifuse.vision import fit_edge
 from evifuse.vision.fit import fit_edges
 from evifuse.vision.geometry import distances_to_polygon, resample
 from evifuse.vision.group import group_objects
-from evifuse.vision.join import joined_paths
 from evifuse.vision.link import link_chains
-from evifuse.vision.pieces import convex_pieces
 from evifuse.vision.primitives import Fits, outlines_of
 from evifuse.vision.sides import fit_sides
 
@@ -112,34 +110,6 @@ def test_half_an_ellipse_is_half_covered_and_open_in_one_piece() -> None:
     assert match.opening[0] == 0
     assert match.coverage[1] == pytest.approx(0.5, abs=0.12)
     assert match.opening[1] == pytest.approx(1 - match.coverage[1], abs=1e-9)
-
-
-def test_an_edge_is_cut_where_it_bends_back() -> None:
-    bent = steps((10, 10), (1, 0, 40), (0, 1, 40), (1, 0, 40))
-    pieces = convex_pieces([bent, steps((10, 200), (1, 0, 50))], shortest=12)
-    assert (pieces.turn >= 0).all()
-    assert pieces.chain.tolist().count(1) == 1
-    assert pieces.whole.tolist() == (pieces.chain == 1).tolist()
-    assert pieces.length[pieces.chain == 1] == pytest.approx(50)
-    np.testing.assert_allclose(pieces.chain_length, [120, 50], atol=4)
-    for points, first in zip(pieces.points, pieces.first, strict=True):
-        way = points[5] - points[0]
-        assert (way / np.hypot(*way)) @ first > 0.9
-
-
-def test_pieces_are_joined_as_every_pair_compared_would_join_them() -> None:
-    square = [
-        steps((20, 20), (1, 0, 60)),
-        steps((85, 24), (0, 1, 60)),
-        steps((80, 90), (-1, 0, 60)),
-        steps((15, 86), (0, -1, 60)),
-        steps((300, 300), (1, 0, 60)),
-    ]
-    nodes, paths = joined_paths(convex_pieces(square, shortest=12))
-    best = max(paths, key=lambda p: len(p.nodes))
-    assert best.closed
-    assert sorted(nodes.chain[list(best.nodes)].tolist()) == [0, 1, 2, 3]
-    assert all(4 not in nodes.chain[list(p.nodes)] for p in paths)
 
 
 def test_one_outline_for_each_object() -> None:

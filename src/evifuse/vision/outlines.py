@@ -2,16 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
 from evifuse.vision.join import joined_paths
-from evifuse.vision.link import LinkList, link_chains, outer_path, straightened
-from evifuse.vision.pieces import Pieces, convex_pieces
+from evifuse.vision.link import LinkList, Runs, link_pieces, outer_path
+from evifuse.vision.pieces import Edges, Pieces, convex_pieces, straightened_edges, whole_edges
 
-__all__ = ["clusters", "find_outlines", "neighbours"]
+__all__ = ["Suggestions", "clusters", "find_outlines", "neighbours", "suggested"]
 
 NEAR = 0.15
 """Chains belong together if their boxes are closer than this share of the larger extent (our own)."""
@@ -28,28 +28,84 @@ MOST_OUTLINES = 130
 WOUND = 1.3
 """A chain with so many points per pixel around its hull runs round more than once (our own)."""
 
+SHORTEST_PX = 12
+"""Pieces of fewer points belong to no outline, px (our own)."""
+
 LEAST_TURN_RAD = 2.6
 """A convex piece of an edge that turns by more than this may be an outline alone (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Path:
-    """An outline before it is looked at closely: chains in order, closed or not, their length, their hull."""
+class Suggestions:
+    """Outlines that edges suggest, before they are looked at closely.
 
-    chains: tuple[Chain, ...]
-    closed: bool
-    length: float
-    around: float
-    width: float
-    box: Sequence[int]
+    Parameters
+    ----------
+    edges : Edges
+        Edges, and what they show to the outside together.
+    pieces : Pieces
+        What the outlines are made of.
+    runs : Runs
+        Which pieces make each outline.
+    length, around, width : ndarray of float64, shape (M,)
+        Length along each, length of its hull, four times the area over the length of the hull, px.
+    box : ndarray of float64, shape (M, 4)
+        Bounds x0, y0, x1, y1 of each, px.
+    """
+
+    edges: Edges
+    pieces: Pieces
+    runs: Runs
+    length: NDArray[np.float64]
+    around: NDArray[np.float64]
+    width: NDArray[np.float64]
+    box: NDArray[np.float64]
+
+    @staticmethod
+    def of(edges: Edges, pieces: Pieces, runs: Runs) -> "Suggestions":
+        """Measure runs of pieces.
+
+        Parameters
+        ----------
+        edges : Edges
+            Edges.
+        pieces : Pieces
+            Pieces of them.
+        runs : Runs
+            Which pieces make each outline.
+
+        Returns
+        -------
+        Suggestions
+            One per run.
+        """
+        from evifuse.vision import _kernels_outlines as kernels
+
+        around, inside, box = kernels.measured(edges.corners, pieces.span, runs.nodes, runs.offset)
+        width = 4 * inside / np.maximum(around, 1e-9)
+        return Suggestions(edges, pieces, runs, runs.sums(pieces.length), around, width, box)
 
     @property
-    def promise(self) -> float:
-        """How nearly the outline is closed, and how wide it is; 0 for a straight line, a tangle, a bend."""
-        share = self.length / max(self.around, 1e-9)
-        if self.around < 12 or self.width < 0.016 * self.around or not 0.4 <= share <= 1.6:
-            return 0.0
-        return min(share, 1.0) ** 4 * self.width**0.5
+    def promise(self) -> NDArray[np.float64]:
+        """How nearly each is closed, and how wide it is; 0 for a straight line, a tangle, a bend."""
+        share = self.length / np.maximum(self.around, 1e-9)
+        none = (self.around < 12) | (self.width < 0.016 * self.around) | (share < 0.4) | (share > 1.6)
+        return np.where(none, 0.0, np.minimum(share, 1.0) ** 4 * self.width**0.5)
+
+    def best(self) -> NDArray[np.intp]:
+        """The most promising ones, without those whose bounds nearly equal those of two better ones."""
+        from evifuse.vision import _kernels_outlines as kernels
+
+        promise = self.promise
+        order = np.argsort(-promise, kind="stable")
+        order = order[promise[order] > 0]
+        most = MOST_OUTLINES
+        return order[kernels.without_twins(self.box[order], 0.02, 1.0, 2, most)]
+
+    def link_lists(self, which: NDArray[np.intp]) -> list[LinkList]:
+        """Some of them in full."""
+        p = self.pieces
+        return link_pieces(self.edges.points, p.low, p.high, p.back, self.runs.take(which))
 
 
 def find_outlines(chains: Sequence[Chain]) -> list[LinkList]:
@@ -67,72 +123,52 @@ def find_outlines(chains: Sequence[Chain]) -> list[LinkList]:
     """
     if not chains:
         return []
-    pieces = convex_pieces(chains, shortest=12)
-    lengths = pieces.chain_length.tolist()
-    single = [_path((c,), _returns(c), v) for c, v in zip(chains, lengths, strict=True)]
-    wound = [p.chains for p in single if len(p.chains[0]) > WOUND * p.around > 0]
-    outer = [outer_path(group) for group in [*wound, *clusters(chains)]]
-    found = single + _bent(pieces) + _joined(pieces)
-    found += [_path(path, True, sum(_length(c) for c in path)) for path in outer]
-    promise = [(p.promise, p) for p in found]
-    ranked = sorted((pair for pair in promise if pair[0] > 0), key=lambda pair: -pair[0])
-    return [link_chains(p.chains, p.closed) for p in _without_twins([p for _, p in ranked])]
+    found = suggested(chains)
+    return found.link_lists(found.best())
 
 
-def _bent(pieces: Pieces) -> list[_Path]:
-    """Outlines of one piece of an edge each."""
-    alone = np.flatnonzero((pieces.turn > LEAST_TURN_RAD) & ~pieces.whole)
-    points = [pieces.points[i] for i in alone.tolist()]
-    return [_path((p,), _returns(p), v) for p, v in zip(points, pieces.length[alone].tolist(), strict=True)]
+def suggested(chains: Sequence[Chain]) -> Suggestions:
+    """Every outline that edges suggest.
+
+    Parameters
+    ----------
+    chains : sequence of Chain
+        At least one; edges of the picture, px.
+
+    Returns
+    -------
+    Suggestions
+        Whole edges; single convex pieces of them that turn far enough; pieces joined across gaps; and what
+        tangled edges and neighbouring strokes show to the outside.
+    """
+    edges = straightened_edges(chains)
+    whole = whole_edges(edges)
+    single = Suggestions.of(edges, whole, _alone(whole))
+    tangled = np.flatnonzero(whole.size > WOUND * np.maximum(single.around, 1e-9))
+    groups = [*((chains[i],) for i in tangled.tolist()), *clusters(chains)]
+    outer = [outer_path(group) for group in groups]
+    if outer:
+        edges = straightened_edges([*chains, *(run for path in outer for run in path)])
+        whole = whole_edges(edges)
+    pieces = convex_pieces(edges, SHORTEST_PX)
+    pieces = pieces.take(np.flatnonzero(pieces.edge < len(chains)))
+    bent = pieces.take(
+        np.flatnonzero((pieces.turn > LEAST_TURN_RAD) & (pieces.size < whole.size[pieces.edge]))
+    )
+    nodes, joined = joined_paths(pieces)
+    count = len(chains)
+    runs = _alone(whole.take(np.arange(count)))
+    runs = runs.and_then(Runs.of([len(path) for path in outer], [True] * len(outer)), count)
+    runs = runs.and_then(_alone(bent), len(whole.edge))
+    runs = runs.and_then(joined, len(whole.edge) + len(bent.edge))
+    return Suggestions.of(edges, whole.and_then(bent).and_then(nodes), runs)
 
 
-def _joined(pieces: Pieces) -> list[_Path]:
-    """Outlines of several pieces each."""
-    nodes, paths = joined_paths(pieces)
-    lengths = nodes.length.tolist()
-    return [
-        _path(tuple(nodes.points[k] for k in p.nodes), p.closed, sum(lengths[k] for k in p.nodes))
-        for p in paths
-    ]
-
-
-def _path(chains: tuple[Chain, ...], closed: bool, length: float) -> _Path:
-    import cv2
-
-    points = np.concatenate(chains, dtype=np.float32)
-    hull = cv2.convexHull(points)
-    around = cv2.arcLength(hull, True)
-    width = 4 * cv2.contourArea(hull) / max(around, 1e-9)
-    return _Path(chains, closed, length, around, width, cv2.boundingRect(hull))
-
-
-def _returns(chain: Chain) -> bool:
-    """Whether both ends of a chain nearly meet: no further apart than 5 % of its length."""
-    dx, dy = (chain[-1] - chain[0]).tolist()
-    return len(chain) > 12 and hypot(dx, dy) <= max(3.0, 0.05 * len(chain))
-
-
-def _length(chain: Chain) -> float:
-    """Length of a chain without the steps of the pixel grid, px."""
-    steps = np.diff(straightened(chain, 1.5), axis=0)
-    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-
-
-def _without_twins(paths: list[_Path]) -> list[_Path]:
-    """Leave out outlines whose bounds nearly equal those of two better ones."""
-    bounds = np.array([p.box for p in paths], np.float64).reshape(-1, 4)
-    tolerance = 1 + 0.02 * bounds[:, 2:].max(axis=1, initial=0.0)
-    bounds[:, 2:] += bounds[:, :2]
-    kept: list[int] = []
-    better = np.empty((MOST_OUTLINES, 4))
-    for i, box in enumerate(bounds):
-        apart = np.abs(better[: len(kept)] - box).max(axis=1)
-        if np.count_nonzero(apart < tolerance[i]) < 2:
-            better[len(kept)] = box
-            kept.append(i)
-        if len(kept) == MOST_OUTLINES:
-            break
-    return [paths[i] for i in kept]
+def _alone(pieces: Pieces) -> Runs:
+    """Every piece as an outline; closed if its ends are no further apart than 5 % of its length."""
+    gap = pieces.end - pieces.start
+    near = np.hypot(gap[:, 0], gap[:, 1]) <= np.maximum(3.0, 0.05 * pieces.size)
+    return Runs.of(np.ones(len(near), np.int64), near & (pieces.size > 12))
 
 
 def clusters(chains: Sequence[Chain]) -> list[tuple[Chain, ...]]:

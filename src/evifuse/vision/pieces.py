@@ -1,17 +1,14 @@
 """Convex pieces of edges: what is left when an edge is cut wherever it bends back."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.vision.detect import Chain
-from evifuse.vision.geometry import cross, following
-from evifuse.vision.link import straightened
 
-__all__ = ["Pieces", "convex_pieces"]
+__all__ = ["Edges", "Pieces", "convex_pieces", "straightened_edges", "whole_edges"]
 
 BEND_BACK_RAD = float(np.deg2rad(30.0))
 """An edge that bends back by more than this has left the convex outline it was following (our own)."""
@@ -19,8 +16,45 @@ BEND_BACK_RAD = float(np.deg2rad(30.0))
 CORNER_RAD = float(np.deg2rad(40.0))
 """An edge that turns by more than this at one point may leave the outline there (our own)."""
 
+HAIRPIN_RAD = 2.6
+"""An edge that turns by more than this at one point has come to an end and runs back (our own)."""
+
 CORNER_PX = 1.5
 """How far an edge may lie from the polygonal line whose turns are looked at, px (our own)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Edges of a picture and the polygonal lines that stay within 1.5 px of them.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (N, 2)
+        Points of all edges, one edge after the other, (x, y) px.
+    offset : ndarray of int64, shape (E + 1,)
+        Where in the points each edge starts, and where the last one ends.
+    at : ndarray of int64, shape (K,)
+        Which points are corners of the lines.
+    first : ndarray of int64, shape (E + 1,)
+        Where in the corners each edge starts, and where the last one ends.
+    turn : ndarray of float64, shape (K,)
+        Turn at each corner, clockwise on the screen, radians; at the ends of an edge it means nothing.
+    walked, turned : ndarray of float64, shape (K,)
+        Length, px, and turn, radians, of all that lies before each corner.
+    """
+
+    points: NDArray[np.float64]
+    offset: NDArray[np.int64]
+    at: NDArray[np.int64]
+    first: NDArray[np.int64]
+    turn: NDArray[np.float64]
+    walked: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """Corners of the lines, shape (K, 2), px."""
+        return self.points[self.at]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,36 +63,43 @@ class Pieces:
 
     Parameters
     ----------
-    points : tuple of Chain
-        Edge points of each piece in order, px.
-    chain : ndarray of intp, shape (P,)
+    edge : ndarray of int64, shape (P,)
         Which edge each is a part of.
-    whole : ndarray of bool, shape (P,)
-        Whether it is all of that edge.
-    span : ndarray of intp, shape (P, 2)
-        From which corner of that edge to which it runs.
+    span : ndarray of int64, shape (P, 2)
+        From which corner of all edges to which it lies.
+    low, high : ndarray of int64, shape (P,)
+        From which point of all edges to before which it lies.
+    back : ndarray of bool, shape (P,)
+        Whether it runs against the order of these points.
     trimmed : ndarray of bool, shape (P,)
         Whether it is another piece without one or both of its ends.
+    start, end : ndarray of float64, shape (P, 2)
+        Its first and its last point, px.
     first, last : ndarray of float64, shape (P, 2)
-        Unit directions at its start and end.
+        Unit directions there.
     turn : ndarray of float64, shape (P,)
         How much it turns, radians; negative only for one that was reversed.
     length : ndarray of float64, shape (P,)
         Length along it, without the steps of the pixel grid, px.
-    chain_length : ndarray of float64, shape (C,)
-        The same of each edge.
     """
 
-    points: tuple[Chain, ...]
-    chain: NDArray[np.intp]
-    whole: NDArray[np.bool_]
-    span: NDArray[np.intp]
+    edge: NDArray[np.int64]
+    span: NDArray[np.int64]
+    low: NDArray[np.int64]
+    high: NDArray[np.int64]
+    back: NDArray[np.bool_]
     trimmed: NDArray[np.bool_]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
     first: NDArray[np.float64]
     last: NDArray[np.float64]
     turn: NDArray[np.float64]
     length: NDArray[np.float64]
-    chain_length: NDArray[np.float64]
+
+    @property
+    def size(self) -> NDArray[np.int64]:
+        """How many points each has, shape (P,)."""
+        return self.high - self.low
 
     def take(self, which: NDArray[np.intp]) -> "Pieces":
         """Some of the pieces.
@@ -73,26 +114,15 @@ class Pieces:
         Pieces
             In that order.
         """
-        return Pieces(
-            tuple(self.points[i] for i in which.tolist()),
-            self.chain[which],
-            self.whole[which],
-            self.span[which],
-            self.trimmed[which],
-            self.first[which],
-            self.last[which],
-            self.turn[which],
-            self.length[which],
-            self.chain_length,
-        )
+        return Pieces(*(getattr(self, f.name)[which] for f in fields(self)))
 
-    def with_reversed(self, which: NDArray[np.intp]) -> "Pieces":
-        """The pieces, and after them some of them run the other way.
+    def and_then(self, other: "Pieces") -> "Pieces":
+        """The pieces, and after them others of the same edges.
 
         Parameters
         ----------
-        which : ndarray of intp, shape (Q,)
-            Places of those.
+        other : Pieces
+            Q of them.
 
         Returns
         -------
@@ -100,127 +130,130 @@ class Pieces:
             P + Q pieces.
         """
         return Pieces(
-            self.points + tuple(self.points[i][::-1] for i in which.tolist()),
-            np.append(self.chain, self.chain[which]),
-            np.append(self.whole, self.whole[which]),
-            np.concatenate([self.span, self.span[which]]),
-            np.append(self.trimmed, self.trimmed[which]),
-            np.concatenate([self.first, -self.last[which]]),
-            np.concatenate([self.last, -self.first[which]]),
-            np.append(self.turn, -self.turn[which]),
-            np.append(self.length, self.length[which]),
-            self.chain_length,
+            *(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self))
+        )
+
+    def reversed(self) -> "Pieces":
+        """The pieces run the other way.
+
+        Returns
+        -------
+        Pieces
+            In the same order.
+        """
+        return Pieces(
+            self.edge,
+            self.span,
+            self.low,
+            self.high,
+            ~self.back,
+            self.trimmed,
+            self.end,
+            self.start,
+            -self.last,
+            -self.first,
+            -self.turn,
+            self.length,
         )
 
 
-def convex_pieces(chains: Sequence[Chain], shortest: int) -> Pieces:
-    """Cut chains where they bend back.
+def straightened_edges(chains: Sequence[Chain]) -> Edges:
+    """Straighten edges.
 
     Parameters
     ----------
     chains : sequence of Chain
         At least one; edge points in order, px.
+
+    Returns
+    -------
+    Edges
+        With polygonal lines (Douglas and Peucker, 1973).
+    """
+    from evifuse.vision import _kernels_pieces as kernels
+
+    points = np.concatenate(chains)
+    offset = np.concatenate([[0], np.cumsum([len(c) for c in chains])]).astype(np.int64)
+    at, first = kernels.corners_of(points, offset, np.full(len(chains), CORNER_PX))
+    return Edges(points, offset, at, first, *kernels.turns_of(points, at))
+
+
+def convex_pieces(edges: Edges, shortest: int) -> Pieces:
+    """Cut edges where they bend back.
+
+    Parameters
+    ----------
+    edges : Edges
+        Edges.
     shortest : int
         Pieces with fewer points are dropped.
 
     Returns
     -------
     Pieces
-        Each turns one way only, within 30 degrees; a piece with sharp corners is there as a whole and in
-        parts.
+        Each turns one way only, within 30 degrees; a piece with sharp corners is there as a whole, in the
+        parts between them, and without its first part, its last, and both: at a corner the edge may leave the
+        outline, to the other side of a stroke, along what hides the rest of it, or along a neighbour.
     """
-    lines = [straightened(c, CORNER_PX) for c in chains]
-    counts = np.array([len(line) for line in lines], np.intp)
-    corners = np.concatenate(lines)
-    offset = np.concatenate([[0], np.cumsum(counts)])
-    at = _positions(chains, corners, counts)
-    along = following(corners) - corners
-    turns = np.arctan2(cross(along[:-1], along[1:]), (along[:-1] * along[1:]).sum(axis=1))
-    walked = np.concatenate([[0.0], np.cumsum(np.hypot(along[:, 0], along[:, 1]))])
-    turned = np.concatenate([[0.0], np.cumsum(turns)])
-    spans: list[tuple[int, int, int, bool]] = []
-    for k, (low, high) in enumerate(pairwise(offset.tolist())):
-        if high - low < 2:
-            continue
-        bends = turns[low : high - 2].tolist()
-        parts = [part for run in _cuts(bends) for part in _sides(bends, *run)]
-        spans += [(k, low + a, low + b, t) for a, b, t in parts if at[low + b] - at[low + a] + 1 >= shortest]
-    chain, a, b, trimmed = np.array(spans, np.intp).reshape(-1, 4).T
-    u, v = along[a], along[b - 1]
-    turn = turned[b - 1] - turned[a]
-    back = turn < 0
-    points = [chains[k][at[i] : at[j] + 1] for k, i, j, _ in spans]
-    u, v = u / np.hypot(u[:, :1], u[:, 1:]), v / np.hypot(v[:, :1], v[:, 1:])
-    return Pieces(
-        tuple(p[::-1] if r else p for p, r in zip(points, back.tolist(), strict=True)),
-        chain,
-        whole=(a == offset[chain]) & (b == offset[chain + 1] - 1),
-        span=np.stack([a, b], axis=1),
-        trimmed=trimmed > 0,
-        first=np.where(back[:, None], -v, u),
-        last=np.where(back[:, None], -u, v),
-        turn=np.abs(turn),
-        length=walked[b] - walked[a],
-        chain_length=walked[offset[1:] - 1] - walked[offset[:-1]],
+    from evifuse.vision import _kernels_pieces as kernels
+
+    found = kernels.pieces_of(
+        edges.at, edges.first, edges.turn, BEND_BACK_RAD, CORNER_RAD, HAIRPIN_RAD, shortest
     )
+    edge, a, b, trimmed = found.T
+    return _pieces(edges, edge, a, b, trimmed > 0)
 
 
-def _positions(
-    chains: Sequence[Chain], corners: NDArray[np.float64], counts: NDArray[np.intp]
-) -> NDArray[np.intp]:
-    """Index in its chain of each corner."""
-    sizes = np.array([len(c) for c in chains], np.intp)
-    points = np.concatenate(chains)
-    code = _code(points, np.repeat(np.arange(len(chains)), sizes))
-    order = np.argsort(code, kind="stable")
-    owner = np.repeat(np.arange(len(chains)), counts)
-    found = order[np.searchsorted(code[order], _code(corners, owner))] - (np.cumsum(sizes) - sizes)[owner]
-    ends = np.cumsum(counts) - 1
-    found[ends] = sizes - 1
-    start = found + owner * (sizes.max() + 1)
-    return np.maximum.accumulate(start) - (start - found)
+def whole_edges(edges: Edges) -> Pieces:
+    """Edges as they are.
 
+    Parameters
+    ----------
+    edges : Edges
+        Edges.
 
-def _code(points: NDArray[np.float64], owner: NDArray[np.intp]) -> NDArray[np.int64]:
-    """One number per point and chain."""
-    whole = points.astype(np.int64)
-    return (owner * 65536 + whole[:, 0]) * 65536 + whole[:, 1]
-
-
-def _sides(turns: list[float], a: int, b: int) -> list[tuple[int, int, bool]]:
-    """The run and, if it has sharp corners, the parts between them, and the run without its ends (True).
-
-    It may leave the outline at a corner: to the other side of a stroke, along what hides the rest of it, or
-    along a neighbour.
+    Returns
+    -------
+    Pieces
+        One per edge; it may bend back.
     """
-    sharp = [i + 1 for i in range(a, b - 1) if abs(turns[i]) > CORNER_RAD]
-    if not sharp:
-        return [(a, b, False)]
-    parts = [(a, b, False), *((i, j, False) for i, j in pairwise([a, *sharp, b]))]
-    if len(sharp) > 1:
-        parts += [(sharp[0], b, True), (a, sharp[-1], True)]
-    if len(sharp) > 2:
-        parts.append((sharp[0], sharp[-1], True))
-    return parts
+    every = np.arange(len(edges.offset) - 1)
+    return _pieces(edges, every, edges.first[:-1], edges.first[1:] - 1, np.zeros(len(every), np.bool_))
 
 
-def _cuts(turns: list[float]) -> list[tuple[int, int]]:
-    """Runs of segments, as (first corner, last corner), between the places where a chain bends back."""
-    runs: list[tuple[int, int]] = []
-    start, total, highest, lowest, at_high, at_low = 0, 0.0, 0.0, 0.0, 0, 0
-    for i, turn in enumerate(turns):
-        total += turn
-        bent = total < highest - BEND_BACK_RAD if highest > -lowest else total > lowest + BEND_BACK_RAD
-        if (bent and max(highest, -lowest) > BEND_BACK_RAD) or abs(turn) > 2.6:
-            cut = (at_high if highest > -lowest else at_low) if bent else i
-            cut = max(cut + 1, start + 1)
-            runs.append((start, cut))
-            start, total = cut, sum(turns[cut : i + 1])
-            highest, lowest, at_high, at_low = max(total, 0.0), min(total, 0.0), i, i
-            continue
-        if total > highest:
-            highest, at_high = total, i + 1
-        if total < lowest:
-            lowest, at_low = total, i + 1
-    runs.append((start, len(turns) + 1))
-    return runs
+def _pieces(
+    edges: Edges,
+    edge: NDArray[np.int64],
+    a: NDArray[np.int64],
+    b: NDArray[np.int64],
+    trimmed: NDArray[np.bool_],
+) -> Pieces:
+    """Pieces from corner to corner, turned so that they run clockwise."""
+    corners = edges.corners
+    after, before = np.minimum(a + 1, len(corners) - 1), np.maximum(b - 1, 0)
+    turn = edges.turned[b] - edges.turned[np.minimum(a + 1, b)]
+    back = turn < 0
+    pieces = Pieces(
+        edge=edge,
+        span=np.stack([a, b], axis=1),
+        low=edges.at[a],
+        high=edges.at[b] + 1,
+        back=np.zeros(len(edge), np.bool_),
+        trimmed=trimmed,
+        start=corners[a],
+        end=corners[b],
+        first=_unit(corners[after] - corners[a]),
+        last=_unit(corners[b] - corners[before]),
+        turn=turn,
+        length=edges.walked[b] - edges.walked[a],
+    )
+    order = np.where(back)[0]
+    turned = pieces.take(order).reversed()
+    for f in fields(pieces):
+        getattr(pieces, f.name)[order] = getattr(turned, f.name)
+    return pieces
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors of length 1, shape (..., 2)."""
+    return vectors / np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-12)[..., None]
