@@ -3,16 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import cross, following, intersection
 from evifuse.vision.sections import Sections
 
 __all__ = ["closed_by_itself", "closed_quadrilateral", "closed_triangle"]
-
-LEAST_GAP = 0.04
-"""A side can be hidden only in a gap of more than this share of the hull's length (our own)."""
-
-MOST_EXTENT = 4.0
-"""A corner further from the first one than so many lengths of the hull is none (our own)."""
 
 
 def closed_by_itself(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -30,8 +23,11 @@ def closed_by_itself(sections: Sections, around: NDArray[np.float64]) -> NDArray
     ndarray of float64, shape (B, K, 2)
         Corners in order, px; NaN where the sections make no convex polygon.
     """
-    c, d = sections.centres, sections.directions
-    return _sound(intersection(np.roll(c, 1, axis=1), np.roll(d, 1, axis=1), c, d), around)
+    from evifuse.vision import _kernels_closing
+
+    polygons = np.empty(sections.centres.shape)
+    _kernels_closing.where_they_meet(sections.centres, sections.directions, around, polygons)
+    return polygons
 
 
 def closed_triangle(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,10 +45,7 @@ def closed_triangle(sections: Sections, around: NDArray[np.float64]) -> NDArray[
     ndarray of float64, shape (B, 3, 2)
         Corners in order, px; NaN for none.
     """
-    (s, c, d, e), gap = _with_largest_gap_last(sections)
-    corner = intersection(c[:, 0], d[:, 0], c[:, 1], d[:, 1])
-    polygon = np.stack([s[:, 0], corner, e[:, 1]], axis=1)
-    return _sound(np.where((gap > LEAST_GAP * around)[:, None, None], polygon, np.nan), around)
+    return _closed_across_the_gap(sections, around)
 
 
 def closed_quadrilateral(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,32 +66,15 @@ def closed_quadrilateral(sections: Sections, around: NDArray[np.float64]) -> NDA
     ndarray of float64, shape (B, 4, 2)
         Corners in order, px; NaN for none.
     """
-    (s, c, d, e), gap = _with_largest_gap_last(sections)
-    first = intersection(c[:, 0], d[:, 0], c[:, 1], d[:, 1])
-    second = intersection(c[:, 1], d[:, 1], c[:, 2], d[:, 2])
-    reach = np.hypot(*np.moveaxis(np.stack([first - s[:, 0], e[:, 2] - second]), -1, 0)).max(axis=0)
-    polygon = np.stack(
-        [first - d[:, 0] * reach[:, None], first, second, second + d[:, 2] * reach[:, None]], 1
-    )
-    return _sound(np.where((gap > LEAST_GAP * around)[:, None, None], polygon, np.nan), around)
+    return _closed_across_the_gap(sections, around)
 
 
-def _with_largest_gap_last(
-    sections: Sections,
-) -> tuple[tuple[NDArray[np.float64], ...], NDArray[np.float64]]:
-    """Starts, centres, directions and ends, the largest gap after the last; its width, px."""
+def _closed_across_the_gap(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Polygons with one corner more than there are sections."""
+    from evifuse.vision import _kernels_closing
+
+    count, seen = sections.centres.shape[:2]
+    polygons = np.empty((count, seen + 1, 2))
     parts = sections.starts, sections.centres, sections.directions, sections.ends
-    gap = np.hypot(*np.moveaxis(following(sections.starts) - sections.ends, -1, 0))
-    count = gap.shape[1]
-    place = ((np.arange(count) + gap.argmax(axis=1)[:, None] + 1) % count)[..., None]
-    return tuple(np.take_along_axis(p, place, axis=1) for p in parts), gap.max(axis=1)
-
-
-def _sound(polygon: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Polygons, NaN where they turn both ways or reach far beyond what is seen."""
-    side = following(polygon) - polygon
-    turn = cross(np.roll(side, 1, axis=1), side)
-    convex = (turn > 0).all(axis=1) | (turn < 0).all(axis=1)
-    extent = np.abs(polygon - polygon[:, :1]).max(axis=(1, 2))
-    keep = convex & (extent <= MOST_EXTENT * around)
-    return np.where(keep[:, None, None], polygon, np.nan)
+    _kernels_closing.across_the_gap(*parts, around, polygons)
+    return polygons
