@@ -132,3 +132,16 @@ def _covered(seen):
             run += 1
             longest = max(longest, run)
     return count / parts, min(longest, parts) / parts
+
+
+@njit
+def main_axis(xx, xy, yy):
+    """Unit direction of the larger moment, by half angles; along x if none is larger."""
+    difference, root = xx - yy, sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy)
+    if root == 0.0:
+        return 1.0, 0.0
+    u = sqrt(0.5 * (1.0 + abs(difference) / root))
+    v = abs(xy) / (root * u)
+    if difference < 0.0:
+        u, v = v, u
+    return u, (v if xy >= 0.0 else -v)

@@ -11,7 +11,7 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from evifuse.vision._kernels_match import largest_but, njit
+from evifuse.vision._kernels_match import largest_but, main_axis, njit
 
 LEAST_TRIMMED = 6
 """A section of so many points is fitted without its first and its last (our own)."""
@@ -157,12 +157,5 @@ def _line(xs, ys, away, low, high, limit):
         xx += weight * dx * dx
         xy += weight * dx * dy
         yy += weight * dy * dy
-    # the axis of the larger moment, by half angles
-    difference, root = xx - yy, sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy)
-    if root == 0.0:
-        return mx, my, 1.0, 0.0
-    u = sqrt(0.5 * (1.0 + abs(difference) / root))
-    v = abs(xy) / (root * u)
-    if difference < 0.0:
-        u, v = v, u
-    return mx, my, u, v if xy >= 0.0 else -v
+    u, v = main_axis(xx, xy, yy)
+    return mx, my, u, v

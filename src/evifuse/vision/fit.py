@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.geometry import cross, fit_line
+from evifuse.vision.geometry import fit_line
 from evifuse.vision.link import GAP_PX
 
 __all__ = [
@@ -167,45 +167,9 @@ def fit_edges(starts: NDArray[np.float64], ends: NDArray[np.float64], first: NDA
     FittedEdges
         One per run, shape (G,).
     """
-    if len(first) == 0:
-        return FittedEdges(np.empty((0, 2)), np.empty((0, 2)), np.empty(0))
-    counts = np.diff(first, append=len(starts))
-    run = np.repeat(np.arange(len(first)), counts)
-    along = ends - starts
-    lengths = np.hypot(along[:, 0], along[:, 1])
-    centre, direction = _fit_lines(starts, ends, np.maximum(lengths, 1e-9), first, run)
-    last = first + counts - 1
-    x = centre + direction * ((starts[first] - centre) * direction).sum(axis=1)[:, None]
-    y = centre + direction * ((ends[last] - centre) * direction).sum(axis=1)[:, None]
-    gaps = np.zeros(len(starts))
-    step = starts[1:] - ends[:-1]
-    gaps[:-1] = np.hypot(step[:, 0], step[:, 1])
-    gaps[(gaps <= GAP_PX) | (np.arange(len(starts)) == last[run])] = 0.0
-    total = np.add.reduceat(lengths + gaps, first)
-    edge = y - x
-    span = np.hypot(edge[:, 0], edge[:, 1])
-    sine = np.abs(cross(along, edge[run])) / np.maximum(lengths * span[run], 1e-12)
-    angles = np.arcsin(np.clip(sine, 0.0, 1.0))
-    smallest = np.minimum.reduceat(angles, first)
-    near = np.add.reduceat((angles <= smallest[run] + ANGLE_TOLERANCE_RAD).astype(np.float64), first)
-    pieces = counts + np.add.reduceat((gaps > 0).astype(np.float64), first)
-    share = np.minimum(1.0, span / np.maximum(total, 1e-300))
-    belief = share * (1 - np.sin(smallest)) * near / pieces
-    return FittedEdges(x, y, np.where((total > 0) & (span > 0), belief, 0.0))
+    from evifuse.vision import _kernels_edges
 
-
-def _fit_lines(
-    starts: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    first: NDArray[np.intp],
-    run: NDArray[np.intp],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """As `fit_line` for the end points of each run of segments."""
-    total = 2 * np.add.reduceat(weights, first)
-    centre = np.add.reduceat((starts + ends) * weights[:, None], first) / total[:, None]
-    s, e = starts - centre[run], ends - centre[run]
-    xx, yy = (np.add.reduceat(weights * (s[:, i] ** 2 + e[:, i] ** 2), first) for i in (0, 1))
-    xy = np.add.reduceat(weights * (s[:, 0] * s[:, 1] + e[:, 0] * e[:, 1]), first)
-    turn = 0.5 * np.arctan2(2 * xy, xx - yy)
-    return centre, np.column_stack([np.cos(turn), np.sin(turn)])
+    x, y, belief = np.empty((len(first), 2)), np.empty((len(first), 2)), np.empty(len(first))
+    bounds = np.append(first, len(starts))
+    _kernels_edges.fit_runs(starts, ends, bounds, GAP_PX, ANGLE_TOLERANCE_RAD, x, y, belief)
+    return FittedEdges(x, y, belief)

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.fit import FittedEdge, FittedEdges, fit_edges
-from evifuse.vision.geometry import distances_to_polygon, following, side_lengths
-from evifuse.vision.link import LinkList
+from evifuse.vision.fit import ANGLE_TOLERANCE_RAD, FittedEdge, FittedEdges, fit_edges
+from evifuse.vision.geometry import distances_to_polygon
+from evifuse.vision.link import GAP_PX, LinkList
 
 __all__ = ["fit_sides", "split_at_corners"]
 
@@ -36,31 +36,17 @@ def fit_sides(
         Shape (B, K), side ``i`` from corner ``i`` to corner ``i + 1``; NaN where fewer than 15 % of the side
         are seen.
     """
+    from evifuse.vision import _kernels_edges
+
     count, sides = corners.shape[:2]
-    there = ~np.isnan(corners[:, 0, 0])[owner]
-    starts, ends, owner = starts[there], ends[there], owner[there]
     distance, position = distances_to_polygon(((starts + ends) / 2)[:, None], corners[owner])
     side = np.minimum(position[:, 0].astype(np.intp), sides - 1)
-    around = following(corners) - corners
-    spans = side_lengths(corners)
-    group = owner * sides + side
-    direction = (around / np.maximum(spans, 1e-9)[..., None]).reshape(-1, 2)[group]
-    backwards = ((ends - starts) * direction).sum(axis=1)[:, None] < 0
-    s, e = np.where(backwards, ends, starts), np.where(backwards, starts, ends)
-    close = distance[:, 0] <= 0.08 * spans.sum(axis=1)[owner]
-    run = np.where(close, ((e - s) * direction).sum(axis=1), 0.0)
-    seen = np.bincount(group, run, minlength=count * sides)
-    present = seen > 0.15 * spans.ravel()
-    mine = np.flatnonzero(close & present[group])
-    mine = mine[np.lexsort((((s + e) * direction).sum(axis=1)[mine], group[mine]))]
-    found, first = np.unique(group[mine], return_index=True)
-    edges = fit_edges(s[mine], e[mine], first)
-    fitted = FittedEdges(*(np.full((count * sides, *v), np.nan) for v in ((2,), (2,), ())))
-    fitted.starts[found], fitted.ends[found], fitted.beliefs[found] = edges.starts, edges.ends, edges.beliefs
-    shape = (count, sides)
-    return FittedEdges(
-        fitted.starts.reshape(*shape, 2), fitted.ends.reshape(*shape, 2), fitted.beliefs.reshape(shape)
+    x, y = np.empty((count, sides, 2)), np.empty((count, sides, 2))
+    belief = np.empty((count, sides))
+    _kernels_edges.fit_sides(
+        starts, ends, owner, distance[:, 0], side, corners, GAP_PX, ANGLE_TOLERANCE_RAD, x, y, belief
     )
+    return FittedEdges(x, y, belief)
 
 
 def split_at_corners(links: LinkList) -> tuple[FittedEdge, ...]:
