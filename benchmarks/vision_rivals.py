@@ -1,62 +1,57 @@
-"""What others use to tell shapes: rules on the convex hull, and a trained classifier (see `vision.py`)."""
+"""What others use to tell shapes: rules on contours, EdgeDrawing's own ellipses, a trained classifier."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from vision_data import Image
 
-CLASSES = ("rectangular", "triangular", "elliptical")
-SEED = 1989
 SIDE_PX = 64
-
-Image = NDArray[np.uint8]
-
-
-def rivals_of(training: list[tuple[str, Image, str]]) -> dict[str, Callable[[Image], str]]:
-    """Every rival by name; the trained ones see clean pictures of the development split only."""
-    known = [(label, image) for label, image, _ in training if label in CLASSES]
-    rng = np.random.default_rng(SEED)
-    found: dict[str, Callable[[Image], str]] = {"hull, corners": by_corners, "hull, areas": by_areas}
-    for count in (5, 50, None):
-        some: list[tuple[str, Image]] = []
-        for label in CLASSES:
-            mine = [pair for pair in known if pair[0] == label]
-            order = rng.permutation(len(mine))[: count or len(mine)]
-            some += [mine[i] for i in order]
-        found[f"HOG + SVM, {count or 'all'}"] = trained(some)
-    return found
+LEAST_ELLIPSE = 0.4
+"""EdgeDrawing's ellipse counts as the object if it is so long, of the picture's shorter side."""
 
 
-def hull_of(image: Image) -> NDArray[np.float32] | None:
-    """Convex hull of the largest thing that differs from its ground (threshold by Otsu's method)."""
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    smooth = cv2.GaussianBlur(grey, (0, 0), 1.0)
+def thing_in(image: Image) -> NDArray[np.int32] | None:
+    """Contour of the largest thing that differs from its ground (threshold by Otsu's method)."""
+    smooth = cv2.GaussianBlur(grey_of(image), (0, 0), 1.0)
     _, mask = cv2.threshold(smooth, 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     border = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
     if np.median(border) > 0:
         mask = 255 - mask
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not contours:
-        return None
-    hull = max((cv2.convexHull(c) for c in contours), key=cv2.contourArea)
-    return hull.astype(np.float32) if cv2.contourArea(hull) > 0 else None
+    found = max(contours, key=lambda c: cv2.contourArea(cv2.convexHull(c)), default=None)
+    return None if found is None or cv2.contourArea(cv2.convexHull(found)) == 0 else np.asarray(found)
 
 
-def by_corners(image: Image) -> str:
-    """Number of corners of the hull after approximation within 4 % of its length."""
-    hull = hull_of(image)
-    if hull is None:
-        return "nothing"
-    corners = len(cv2.approxPolyDP(hull, 0.04 * cv2.arcLength(hull, True), True))
+def grey_of(image: Image) -> Image:
+    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    return np.ascontiguousarray(grey, np.uint8)
+
+
+def by_contour(image: Image) -> str:
+    """Number of corners of the contour as it is, after approximation within 4 % of its length."""
+    contour = thing_in(image)
+    return "nothing" if contour is None else _by_corners(contour)
+
+
+def by_hull(image: Image) -> str:
+    """Number of corners of its convex hull, after approximation within 4 % of its length."""
+    contour = thing_in(image)
+    return "nothing" if contour is None else _by_corners(cv2.convexHull(contour))
+
+
+def _by_corners(contour: NDArray[np.int32]) -> str:
+    corners = len(cv2.approxPolyDP(contour, 0.04 * cv2.arcLength(contour, True), True))
     return {3: "triangular", 4: "rectangular"}.get(corners, "elliptical")
 
 
 def by_areas(image: Image) -> str:
     """The nearest of area over the areas of the smallest rectangle, the smallest triangle and the ellipse."""
-    hull = hull_of(image)
-    if hull is None:
+    contour = thing_in(image)
+    if contour is None:
         return "nothing"
+    hull = cv2.convexHull(contour).astype(np.float32)
     area = cv2.contourArea(hull)
     _, size, _ = cv2.minAreaRect(hull)
     triangle, _ = cv2.minEnclosingTriangle(hull)
@@ -71,18 +66,42 @@ def by_areas(image: Image) -> str:
     return max(ratios, key=ratios.__getitem__)
 
 
-def trained(training: list[tuple[str, Image]]) -> Callable[[Image], str]:
-    """Histograms of oriented gradients and a support vector machine with a Gaussian kernel."""
-    from sklearn.svm import SVC
+def by_ellipses(image: Image) -> str:
+    """Elliptical if EdgeDrawing finds an ellipse of the picture's size; else by the corners of the hull."""
+    grey = grey_of(image)
+    longest = max((2 * float(e[2] + max(e[3:5])) for e in drawn_ellipses(grey)), default=0.0)
+    return "elliptical" if longest >= LEAST_ELLIPSE * min(grey.shape) else by_hull(image)
 
-    model = SVC(C=10.0, gamma="scale")  # HOG is normalised already: scaling its columns ruins few examples
-    model.fit(np.stack([hog(image) for _, image in training]), [label for label, _ in training])
-    return lambda image: str(model.predict(hog(image)[None])[0])
+
+def drawn_ellipses(grey: Image) -> NDArray[np.float64]:
+    """EdgeDrawing's ellipses and circles: centre, radius of a circle, semi-axes, degrees; shape (N, 6)."""
+    detector = cv2.ximgproc.createEdgeDrawing()
+    detector.detectEdges(np.ascontiguousarray(grey))
+    found = detector.detectEllipses()
+    return np.zeros((0, 6)) if found is None else np.asarray(found, np.float64).reshape(-1, 6)
+
+
+RULES: dict[str, Callable[[Image], str]] = {
+    "contour, corners": by_contour,
+    "hull, corners": by_hull,
+    "hull, areas": by_areas,
+    "EdgeDrawing's ellipse, else hull": by_ellipses,
+}
 
 
 def hog(image: Image) -> NDArray[np.float32]:
     """Histograms of oriented gradients of the whole picture at 64 x 64 px."""
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    small = cv2.resize(grey, (SIDE_PX, SIDE_PX), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(grey_of(image), (SIDE_PX, SIDE_PX), interpolation=cv2.INTER_AREA)
     describe = cv2.HOGDescriptor((SIDE_PX, SIDE_PX), (16, 16), (8, 8), (8, 8), 9)
     return np.asarray(describe.compute(small), np.float32).ravel()
+
+
+def trained(
+    features: NDArray[np.float32], labels: Sequence[str] | NDArray[np.str_]
+) -> Callable[[NDArray[np.float32]], NDArray[np.str_]]:
+    """A support vector machine with a Gaussian kernel on histograms of oriented gradients."""
+    from sklearn.svm import SVC
+
+    model = SVC(C=10.0, gamma="scale")  # HOG is normalised already: scaling its columns ruins few examples
+    model.fit(features, labels)
+    return lambda others: np.asarray(model.predict(others), np.str_)
