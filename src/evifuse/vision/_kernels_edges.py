@@ -13,7 +13,7 @@ import numpy as np
 from evifuse.vision._kernels_match import main_axis, njit
 
 REACH = 0.08
-"""A segment belongs to a side if its middle lies within this share of the polygon's length of it (our own)."""
+"""A segment belongs to a side if its middle lies within this share of its length (our own)."""
 
 LEAST_SEEN = 0.15
 """A side of which a smaller share is seen is missing (our own)."""
