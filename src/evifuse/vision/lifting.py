@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evifuse.errors import ImageError, UsageError
+from evifuse.vision.conics import axes_of, conic_of
 
-__all__ = ["Plane", "ellipse_on_plane", "on_depth", "on_plane", "one_depth", "rays_of"]
+__all__ = ["Plane", "basis_of", "ellipse_on_plane", "on_depth", "on_plane", "one_depth", "rays_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,24 +184,20 @@ def ellipse_on_plane(
     if not (np.isfinite(lengths).all() and (lengths > 0).all() and np.isfinite(angle).all()):
         raise ImageError("an ellipse needs axes above 0 px and a finite angle")
     origin = on_plane(middle, matrix, plane)
-    across, along = _basis(plane.normal)
+    across, along = basis_of(plane.normal)
     scale = np.linalg.norm(origin, axis=-1) * lengths.mean(axis=-1) / np.asarray(matrix, np.float64)[0, 0]
     place = np.stack(
         [across * scale[..., None], along * scale[..., None], origin], axis=-1
     )  # from plane coordinates to the camera frame
     to_pixels = np.asarray(matrix, np.float64) @ place
-    to_circle = np.linalg.inv(_from_circle(middle, lengths, angle)) @ to_pixels
-    conic = np.swapaxes(to_circle, -1, -2) @ (np.diag([1.0, 1.0, -1.0]) @ to_circle)
-    values, vectors = np.linalg.eigh(conic[..., :2, :2])
-    if not (values > 0).all():
+    conic = np.swapaxes(to_pixels, -1, -2) @ conic_of(middle, lengths, angle) @ to_pixels
+    where, half, directions = axes_of(conic)
+    if not np.isfinite(half).all():
         raise ImageError(
             f"part of the ellipse at pixel {_first(middle)} does not see the plane: {_named(plane)} lies "
             "behind the camera there: check the plane"
         )
-    where = -np.linalg.solve(conic[..., :2, :2], conic[..., :2, 2:])[..., 0]
-    level = -(conic[..., 2, 2] + (conic[..., 2, :2] * where).sum(axis=-1))
-    half = np.sqrt(level[..., None] / values)
-    steps = np.swapaxes(vectors * half[..., None, :], -1, -2)
+    steps = directions * half[..., None]
     ends = where[..., None, :] + np.concatenate([steps, -steps], axis=-2)[..., [0, 2, 1, 3], :]
     points = np.concatenate([where[..., None, :], ends], axis=-2)
     lifted = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1) @ np.swapaxes(place, -1, -2)
@@ -244,6 +241,25 @@ def rays_of(pixels: ArrayLike, matrix: ArrayLike) -> NDArray[np.float64]:
     return np.stack([x, y, np.ones_like(x)], axis=-1)
 
 
+def basis_of(normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Two unit vectors across a normal and across each other.
+
+    Parameters
+    ----------
+    normal : ndarray of float64, shape (3,)
+        Of length 1.
+
+    Returns
+    -------
+    tuple of ndarray of float64, shape (3,)
+        With the normal a right-handed frame.
+    """
+    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first: NDArray[np.float64] = np.asarray(np.cross(normal, helper), np.float64)
+    first = first / np.linalg.norm(first)
+    return first, np.asarray(np.cross(normal, first), np.float64)
+
+
 def one_depth(depth: float) -> float:
     """A single depth, checked.
 
@@ -265,29 +281,6 @@ def one_depth(depth: float) -> float:
     if not (np.isfinite(depth) and depth > 0):
         raise UsageError(f"a depth of {depth:g} m can't be measured at: it must be above 0")
     return depth
-
-
-def _basis(normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Two unit vectors across a normal and across each other."""
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first: NDArray[np.float64] = np.asarray(np.cross(normal, helper), np.float64)
-    first = first / np.linalg.norm(first)
-    return first, np.asarray(np.cross(normal, first), np.float64)
-
-
-def _from_circle(
-    centre: NDArray[np.float64], axes: NDArray[np.float64], angle_rad: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Maps, shape (..., 3, 3), from the unit circle to ellipses."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    a, b = axes[..., 0] / 2, axes[..., 1] / 2
-    zero = np.zeros_like(a * c)
-    rows = [
-        np.stack([a * c, -b * s, centre[..., 0] + zero], axis=-1),
-        np.stack([a * s, b * c, centre[..., 1] + zero], axis=-1),
-        np.stack([zero, zero, zero + 1], axis=-1),
-    ]
-    return np.stack(rows, axis=-2)
 
 
 def _named(plane: Plane) -> str:

@@ -142,7 +142,7 @@ def _measured(found: Hypothesis, matrix: ArrayLike, plane: Plane) -> dict[str, A
     angle: Any = geometry.get("angle_rad", 0.0)
     centre, axes_m, ends = ellipse_on_plane(geometry["centre"], axes, angle, matrix, plane)
     known = {"centre_m": centre.tolist(), "axes_m": axes_m.tolist(), "axis_ends_m": ends.tolist()}
-    return known if radius is None else {**known, "radius_m": float(axes_m.mean() / 2)}
+    return {**known, "radius_m": float(axes_m.mean() / 2)} if found.kind == "circle" else known
 
 
 def _least_median(rays: NDArray[np.float64], inverse: NDArray[np.float64]) -> NDArray[np.float64]:
