@@ -25,6 +25,12 @@ MOST_STROKES = 8
 MOST_OUTLINES = 130
 """So many outlines, the widest and most nearly closed ones, are looked at closely (our own)."""
 
+POINTS_PER_OUTLINE = 400
+"""Of a picture with more edges, one more for so many edge points (our own)."""
+
+LEAST_WIDTH_PX = 10.0
+"""Narrower outlines show no shape, working px (our own)."""
+
 WOUND = 1.3
 """A chain with so many points per pixel around its hull runs round more than once (our own)."""
 
@@ -87,19 +93,19 @@ class Suggestions:
 
     @property
     def promise(self) -> NDArray[np.float64]:
-        """How nearly each is closed, and how wide it is; 0 for a straight line, a tangle, a bend."""
+        """How nearly each is closed and not more than that, and how wide it is; 0 for a line or a bend."""
         share = self.length / np.maximum(self.around, 1e-9)
-        none = (self.around < 12) | (self.width < 0.016 * self.around) | (share < 0.4) | (share > 1.6)
-        return np.where(none, 0.0, np.minimum(share, 1.0) ** 4 * self.width**0.5)
+        none = (self.width < np.maximum(LEAST_WIDTH_PX, 0.016 * self.around)) | (share < 0.4) | (share > 1.6)
+        return np.where(none, 0.0, np.where(share < 1, share**2, share**-4.0) * self.width**0.75)
 
     def best(self) -> NDArray[np.intp]:
         """The most promising ones, without those whose bounds nearly equal those of two better ones."""
         from evifuse.vision import _kernels_outlines as kernels
 
         promise = self.promise
+        most = MOST_OUTLINES + len(self.edges.points) // POINTS_PER_OUTLINE
         order = np.argsort(-promise, kind="stable")
         order = order[promise[order] > 0]
-        most = MOST_OUTLINES
         return order[kernels.without_twins(self.box[order], 0.02, 1.0, 2, most)]
 
     def link_lists(self, which: NDArray[np.intp]) -> list[LinkList]:

@@ -12,7 +12,7 @@ from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
 from evifuse.vision.candidates import Candidates, candidates_of
-from evifuse.vision.detect import Detector, EdgeDrawing
+from evifuse.vision.detect import Detector
 from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.exact import exact_hypotheses, with_rough_ends
 from evifuse.vision.fit import FittedEdge
@@ -22,6 +22,7 @@ from evifuse.vision.outlines import find_outlines
 from evifuse.vision.primitives import PRIMITIVES, SHAPE_FRAME, Hypothesis, Primitive, outlines_of
 from evifuse.vision.sides import split_at_corners
 from evifuse.vision.strokes import strokes_of
+from evifuse.vision.view import View, from_above
 from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
@@ -92,6 +93,7 @@ def sense_shapes(
     knowledge: KnowledgeBase | None = None,
     detector: Detector | None = None,
     primitives: Mapping[str, Primitive] = PRIMITIVES,
+    view: View | None = None,
 ) -> tuple[SeenObject, ...]:
     """See the objects of a picture and what shapes they have.
 
@@ -106,6 +108,9 @@ def sense_shapes(
     primitives : mapping of str to callable, optional
         What proposes each primitive, by name: ``{**PRIMITIVES, "pentagon": propose}`` adds one. The
         knowledge base must know all the names.
+    view : View, optional
+        Camera matrix and plane. With it the shapes are judged as they lie on the plane: a square is believed
+        a square however obliquely it is seen. Without it, belief falls the more oblique the view is.
 
     Returns
     -------
@@ -122,9 +127,7 @@ def sense_shapes(
     picture = as_image(image)
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
-    if detector is None:
-        detector = EdgeDrawing(noise_gradient=working.noise_gradient)
-    candidates = find_candidates(working, detector, primitives)
+    candidates = find_candidates(working, detector, primitives, view)
     if candidates is None:
         return ()
     boxes = candidates.boxes
@@ -170,7 +173,10 @@ def _one_of(together: Classification, i: int) -> Classification:
 
 
 def find_candidates(
-    working: WorkingPicture, detector: Detector, primitives: Mapping[str, Primitive] = PRIMITIVES
+    working: WorkingPicture,
+    detector: Detector | None = None,
+    primitives: Mapping[str, Primitive] = PRIMITIVES,
+    view: View | None = None,
 ) -> Candidates | None:
     """Every outline of a picture with the primitives it might show.
 
@@ -178,22 +184,28 @@ def find_candidates(
     ----------
     working : WorkingPicture
         Picture.
-    detector : Detector
-        Edge detector.
+    detector : Detector, optional
+        Edge detector; `EdgeDrawing` without it.
     primitives : mapping of str to callable
         What proposes each primitive.
+    view : View, optional
+        Camera and plane; the outlines are judged as they lie on it.
 
     Returns
     -------
     Candidates or None
         In working coordinates, px; None if there is no outline.
     """
-    chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
+    chains = [c for c in working.edges(detector) if len(c) >= SHORTEST_PX]
     links = find_outlines(chains)
     if not links:
         return None
     outlines = outlines_of(links)
-    return candidates_of(outlines, working.scale, strokes_of(chains, outlines), primitives)
+    strokes = strokes_of(chains, outlines)
+    if view is None:
+        return candidates_of(outlines, working.scale, strokes, primitives)
+    above = from_above(outlines, strokes, view, working)
+    return above.back(candidates_of(above.outlines, working.scale, above.strokes, primitives))
 
 
 def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[FittedEdge, ...]:

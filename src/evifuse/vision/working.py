@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.detect import NOISE_GRADIENT, grey_quantile, noise_level
+from evifuse.vision.detect import NOISE_GRADIENT, Chain, Detector, EdgeDrawing, grey_quantile, noise_level
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.primitives import Geometry, Hypothesis
 
-__all__ = ["WorkingPicture", "working_picture"]
+__all__ = ["Layer", "WorkingPicture", "working_picture"]
 
 SHORT_SIDE_PX = 240
 """Pictures with a shorter side are enlarged, up to four times (our own)."""
@@ -34,22 +34,54 @@ MARGIN_PX = 8
 
 
 @dataclass(frozen=True, eq=False)
-class WorkingPicture:
-    """A grey picture in working pixels.
+class Layer:
+    """One quantity of a picture, to look for edges in.
 
     Parameters
     ----------
     grey : ndarray of uint8, shape (H, W)
-        With the margin.
-    scale : float
-        Working pixels per pixel of the picture.
+        Its values, with the margin, C-contiguous.
     noise_gradient : float
         Gradient that the noise of the picture causes in it, grey levels (sum of both Prewitt responses).
     """
 
     grey: NDArray[np.uint8]
-    scale: float
     noise_gradient: float
+
+
+@dataclass(frozen=True, eq=False)
+class WorkingPicture:
+    """A picture in working pixels.
+
+    Parameters
+    ----------
+    layers : tuple of Layer
+        Its lightness and, if it has colours, its redness.
+    scale : float
+        Working pixels per pixel of the picture.
+    """
+
+    layers: tuple[Layer, ...]
+    scale: float
+
+    def edges(self, detector: Detector | None = None) -> tuple[Chain, ...]:
+        """Edges of all layers.
+
+        Parameters
+        ----------
+        detector : Detector, optional
+            Asked about each layer; `EdgeDrawing`, told of the noise, without it.
+
+        Returns
+        -------
+        tuple of Chain
+            Working (x, y), px; those in lightness first.
+        """
+        found: list[Chain] = []
+        for layer in self.layers:
+            ask = detector or EdgeDrawing(noise_gradient=layer.noise_gradient)
+            found += ask(layer.grey)
+        return tuple(found)
 
     def point(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Working coordinates as picture coordinates.
@@ -117,27 +149,43 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     Returns
     -------
     WorkingPicture
-        Grey, enlarged or reduced, with a margin, C-contiguous.
+        Enlarged or reduced, with a margin.
     """
     import cv2
 
-    grey = _grey(picture)
-    height, width = grey.shape
+    height, width = picture.shape[:2]
     scale = float(np.clip(SHORT_SIDE_PX / min(height, width), 1.0, 4.0))
     scale = min(scale, float(np.sqrt(MAX_PIXELS / (height * width))))
-    deviation = noise_level(grey)
-    grey = _levelled(grey)
-    noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
-    if deviation > NOISY:
-        noise *= SMOOTHED_NOISE * max(1.0, deviation / STRONG)
-        grey = _levelled(_grey(_smoothed(picture, deviation)))
-    if scale != 1:
-        how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-        grey = cv2.resize(grey, (round(width * scale), round(height * scale)), interpolation=how)
-    if scale > 1.5:
-        grey = cv2.GaussianBlur(grey, (0, 0), 0.5 * scale)
-    grey = np.pad(grey, MARGIN_PX, mode="edge")
-    return WorkingPicture(np.ascontiguousarray(grey, dtype=np.uint8), scale, noise)
+    deviation = noise_level(_grey(picture))
+    soft = _smoothed(picture, deviation) if deviation > NOISY else picture
+    layers: list[Layer] = []
+    for grey, smooth in zip(_quantities(picture), _quantities(soft), strict=True):
+        noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
+        if deviation > NOISY:
+            noise *= SMOOTHED_NOISE * max(1.0, deviation / STRONG)
+        if scale != 1:
+            how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+            smooth = cv2.resize(smooth, (round(width * scale), round(height * scale)), interpolation=how)
+        if scale > 1.5:
+            smooth = cv2.GaussianBlur(smooth, (0, 0), 0.5 * scale)
+        smooth = np.pad(smooth, MARGIN_PX, mode="edge")
+        layers.append(Layer(np.ascontiguousarray(smooth, dtype=np.uint8), noise))
+    return WorkingPicture(tuple(layers), scale)
+
+
+def _quantities(picture: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    """Lightness and, of a picture with colours, how much redder than the rest it is, about 128."""
+    import cv2
+
+    grey = _grey(picture)
+    table = _levels(grey)
+    quantities = [np.asarray(cv2.LUT(grey, table), np.uint8)]
+    if picture.ndim == 3:
+        blue, green, red = cv2.split(cv2.LUT(picture, table))
+        redder = np.asarray(cv2.addWeighted(blue, 0.5, green, 0.5, 0), np.int16)
+        redder = np.clip(128 + np.asarray(red, np.int16) - redder, 0, 255).astype(np.uint8)
+        quantities.append(redder)
+    return quantities
 
 
 def _grey(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -157,13 +205,10 @@ def _smoothed(picture: NDArray[np.uint8], deviation: float) -> NDArray[np.uint8]
     return np.asarray(soft, np.uint8)
 
 
-def _levelled(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Grey levels as their square root, so that an edge in the shade counts as much as one in the sun.
+def _levels(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Square roots of all levels, so that an edge in the shade counts as much as one in the sun.
 
     The root makes the shot noise of a camera equally strong everywhere.
     """
-    import cv2
-
     top = max(32.0, grey_quantile(grey, 0.995))
-    table = np.round(255 * np.sqrt(np.clip(np.arange(256) / top, 0, 1))).astype(np.uint8)
-    return np.asarray(cv2.LUT(grey, table), np.uint8)
+    return np.round(255 * np.sqrt(np.clip(np.arange(256) / top, 0, 1))).astype(np.uint8)
