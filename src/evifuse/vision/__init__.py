@@ -16,6 +16,7 @@ from evifuse.vision.primitives import (
     triangle_belief,
 )
 from evifuse.vision.sensor import SeenObject, sense_shapes
+from evifuse.vision.view import View
 
 __all__ = [
     "PRIMITIVES",
@@ -26,6 +27,7 @@ __all__ = [
     "Hypothesis",
     "LinkList",
     "SeenObject",
+    "View",
     "bracket_belief",
     "circle_belief",
     "edge_belief",
