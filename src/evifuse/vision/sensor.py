@@ -12,7 +12,7 @@ from evifuse.conductivity import Classification, KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
 from evifuse.vision.candidates import Candidates, candidates_of
-from evifuse.vision.detect import Detector, EdgeDrawing
+from evifuse.vision.detect import Detector
 from evifuse.vision.evidence import shape_evidence
 from evifuse.vision.exact import exact_hypotheses, with_rough_ends
 from evifuse.vision.fit import FittedEdge
@@ -127,8 +127,6 @@ def sense_shapes(
     picture = as_image(image)
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
-    if detector is None:
-        detector = EdgeDrawing(noise_gradient=working.noise_gradient)
     candidates = find_candidates(working, detector, primitives, view)
     if candidates is None:
         return ()
@@ -176,7 +174,7 @@ def _one_of(together: Classification, i: int) -> Classification:
 
 def find_candidates(
     working: WorkingPicture,
-    detector: Detector,
+    detector: Detector | None = None,
     primitives: Mapping[str, Primitive] = PRIMITIVES,
     view: View | None = None,
 ) -> Candidates | None:
@@ -186,8 +184,8 @@ def find_candidates(
     ----------
     working : WorkingPicture
         Picture.
-    detector : Detector
-        Edge detector.
+    detector : Detector, optional
+        Edge detector; `EdgeDrawing` without it.
     primitives : mapping of str to callable
         What proposes each primitive.
     view : View, optional
@@ -198,7 +196,7 @@ def find_candidates(
     Candidates or None
         In working coordinates, px; None if there is no outline.
     """
-    chains = [c for c in detector(working.grey) if len(c) >= SHORTEST_PX]
+    chains = [c for c in working.edges(detector) if len(c) >= SHORTEST_PX]
     links = find_outlines(chains)
     if not links:
         return None
