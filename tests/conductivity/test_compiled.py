@@ -124,6 +124,23 @@ def test_agrees_on_any_small_knowledge_base(case):
 
 
 @pytest.mark.usefixtures("engine")
+@pytest.mark.parametrize("reading", CHOICES.values(), ids=CHOICES)
+def test_reasons_are_those_of_the_plain_implementation(reading):
+    base = load_knowledge("shape")
+    sets = [*base.frame.hypotheses, base.frame]
+    masses = masses_with_zeros_and_ties(np.random.default_rng(5), len(sets), 20)
+    plain = classify(MassFunction(base.frame, sets, masses), base, reading)
+    fast = compile(base, sets, reading).classify(masses)
+    assert (fast.classes, fast.prototypes) == (plain.classes, plain.prototypes)
+    assert_close(fast.interaction_dimensions, plain.interaction_dimensions)
+    assert_close(fast.projected_dimensions, plain.projected_dimensions)
+    rows = far_from_jumps(plain, base)
+    assert rows.sum() > 20
+    np.testing.assert_array_equal(fast.branches[rows], plain.branches[rows])
+    assert_close(fast.prototype_conductivities[rows], plain.prototype_conductivities[rows])
+    assert_close(fast.belief.masses[rows], plain.belief.masses[rows])
+
+
 def test_divergences_are_those_of_the_formula():
     knowledge = load_knowledge("chapter-shape")
     rng = np.random.default_rng(1)

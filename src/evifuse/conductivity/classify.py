@@ -1,6 +1,6 @@
 """Appendix A.8: the conductivity of evidence into each class of a knowledge base, with the reasons."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -205,8 +205,42 @@ def classify(
     committed = 1.0 - y.masses[..., y.focal_sets == y.frame.full].sum(axis=-1)
     met = y if reading.commitment is None else at_commitment(y, reading.commitment, reading.negligible)
     dims = _interactions(met, [x for _, _, x in prototypes], inner, reading) ** reading.sharpness
-    top = np.array([properties[label].dimension for label, _, _ in prototypes])
-    cap = np.array([properties[label].capacity for label, _, _ in prototypes])
+    names = tuple((label, name) for label, name, _ in prototypes)
+    return concluded(dims, committed, knowledge.classes, names, properties, reading)
+
+
+def concluded(
+    dims: NDArray[np.float64],
+    committed: NDArray[np.float64],
+    classes: tuple[str, ...],
+    prototypes: tuple[tuple[str, str], ...],
+    properties: Mapping[str, AggregateProperties],
+    reading: Reading,
+) -> Classification:
+    """The conductivities that interaction dimensions make (A.8).
+
+    Parameters
+    ----------
+    dims : ndarray of float64, shape (..., P)
+        ``dim(Y; X_i)``, raised to the reading's sharpness.
+    committed : ndarray of float64, shape (...)
+        Mass of the evidence that is not on the frame.
+    classes : tuple of str
+        The C class labels.
+    prototypes : tuple of (str, str)
+        Class and name of each of the P prototypes.
+    properties : mapping of str to AggregateProperties
+        Dimension and capacity of each class.
+    reading : Reading
+        How the formulas are read.
+
+    Returns
+    -------
+    Classification
+        Conductivities, belief and reasons.
+    """
+    top = np.array([properties[label].dimension for label, _ in prototypes])
+    cap = np.array([properties[label].capacity for label, _ in prototypes])
     seen = projection(dims, cap)
     branches = np.zeros(dims.shape, dtype=np.int8)
     if reading.projection:
@@ -218,20 +252,10 @@ def classify(
     if reading.commitment is not None:
         sigma = sigma * committed[..., None]
     pool = {"sum": np.sum, "mean": np.mean, "max": np.max}[reading.pooling]
-    labels = np.array([label for label, _, _ in prototypes])
-    classes = knowledge.classes
+    labels = np.array([label for label, _ in prototypes])
     total = np.stack([pool(sigma[..., labels == label], axis=-1) for label in classes], axis=-1)
-    return Classification(
-        classes,
-        total,
-        normalised_belief(classes, total, 1.0 - committed if reading.keep_ignorance else 0.0),
-        tuple((label, name) for label, name, _ in prototypes),
-        dims,
-        seen,
-        sigma,
-        branches,
-        dict(properties),
-    )
+    belief = normalised_belief(classes, total, 1.0 - committed if reading.keep_ignorance else 0.0)
+    return Classification(classes, total, belief, prototypes, dims, seen, sigma, branches, dict(properties))
 
 
 def _smooth(

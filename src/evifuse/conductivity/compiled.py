@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from evifuse.belief import Frame, MassFunction
 from evifuse.belief.frame import Subset
 from evifuse.conductivity._batch import run
 from evifuse.conductivity._matrices import Parts
 from evifuse.conductivity.aggregate import AggregateProperties, KnowledgeBase
-from evifuse.conductivity.classify import prepared
+from evifuse.conductivity.classify import Classification, concluded, prepared
 from evifuse.conductivity.entropy import similarity
 from evifuse.conductivity.reading import Reading
 from evifuse.errors import KnowledgeError
@@ -200,6 +200,29 @@ class CompiledClassifier:
             If the masses have another shape, are negative or not numbers, or do not sum to 1.
         """
         return run(self.parts, masses, "dimensions")
+
+    def classify(self, masses: ArrayLike) -> Classification:
+        """Conductivities of NumPy masses with all that led to them, as `evifuse.conductivity.classify`.
+
+        Parameters
+        ----------
+        masses : array_like of float, shape (..., F)
+            Masses on the focal sets.
+
+        Returns
+        -------
+        Classification
+            Conductivities, belief and reasons.
+
+        Raises
+        ------
+        MassError
+            If the masses have another shape, are negative or not numbers, or do not sum to 1.
+        """
+        values = np.asarray(masses, dtype=np.float64)
+        dims = self.interaction_dimensions(values)
+        committed = 1.0 - values[..., self.focal_sets == self.frame.full].sum(axis=-1)
+        return concluded(dims, committed, self.classes, self.prototypes, self.properties, self.reading)
 
     def divergences(self, masses: Any) -> Any:
         """``div(Y; X_i)`` of each case with each prototype (A.6), for the masses as they meet it.
