@@ -82,13 +82,13 @@ def errors(sigma: float, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("sigma", "median_px"), [(0, 0.05), (10, 0.15), (20, 0.3)])
 def test_corners_are_exact(sigma: float, median_px: float) -> None:
-    off, _ = errors(sigma, 30)
+    off, _ = errors(sigma, 20)
     assert np.median(np.linalg.norm(off, axis=1)) < median_px
 
 
 def test_the_stated_uncertainty_of_corners_is_right() -> None:
     """Of the errors, about 95 % lie inside the ellipses of 95 %."""
-    found = [errors(sigma, 30) for sigma in (10, 20)]
+    found = [errors(sigma, 20) for sigma in (10, 20)]
     off, cov = (np.concatenate(part) for part in zip(*found, strict=True))
     squared = (off[:, None] @ np.linalg.solve(cov, off[..., None]))[:, 0, 0]
     assert 0.90 <= np.mean(squared <= WITHIN_95) <= 0.985

@@ -11,8 +11,16 @@ from evifuse.errors import ImageError, InputError, UsageError
 from evifuse.fusion import project
 from evifuse.recordings.intrinsics import Intrinsics
 from evifuse.recordings.recording import Camera
-from evifuse.vision import SeenObject, sense_shapes
-from evifuse.vision.metric import Plane, ellipse_on_plane, measure, on_depth, on_plane, plane_in_depth
+from evifuse.vision import FittedEdge, SeenObject, sense_shapes
+from evifuse.vision.metric import (
+    Plane,
+    covariance_on_plane,
+    ellipse_on_plane,
+    measure,
+    on_depth,
+    on_plane,
+    plane_in_depth,
+)
 
 K = Intrinsics.of(900.0, 870.0, 652.5, 340.25).matrix
 SIZE = (1280, 720)
@@ -187,6 +195,37 @@ def test_a_circle_has_a_radius(tile: tuple[SeenObject, Plane]) -> None:
     )
     assert found["primitives"][0]["radius_m"] == pytest.approx(0.2, rel=1e-12)
     assert found["primitives"][0]["axes_m"] == pytest.approx([0.4, 0.4], rel=1e-12)
+
+
+@given(ANGLES, ANGLES, st.integers(0, 999))
+def test_uncertainty_carries_over_to_metres(pitch: float, yaw: float, seed: int) -> None:
+    """As the spread of the points of many pixels, drawn by the covariance, would be."""
+    random = np.random.default_rng(seed)
+    plane = tilted(pitch, yaw, 1.5)[0]
+    pixel = random.uniform([600, 300], [700, 400])
+    root = random.normal(0, 1e-3, (2, 2))
+    found = covariance_on_plane(pixel, root @ root.T, K, plane)
+    drawn = on_plane(pixel + random.normal(size=(4000, 2)) @ root.T, K, plane)
+    np.testing.assert_allclose(np.cov(drawn.T), found, rtol=0.15, atol=0.15 * np.abs(found).max())
+    np.testing.assert_allclose(found @ plane.normal, 0, atol=1e-9 * np.abs(found).max())
+
+
+def test_a_seen_tile_knows_how_uncertain_it_is(tile: tuple[SeenObject, Plane]) -> None:
+    seen, plane = tile
+    found = measure(seen, K, plane)
+    for edge in found["fitted_edges"]:
+        assert 0 < edge["length_std_m"] < 0.002
+        assert (
+            min(abs(edge["length_m"] - 0.2), abs(edge["length_m"] - 0.3)) < 0.005
+        )  # drawn a little too wide
+        for end in ("start", "end"):
+            covariance = np.array(edge[f"{end}_covariance_m2"])
+            assert covariance.shape == (3, 3)
+            assert np.linalg.eigvalsh(covariance)[-1] > 0
+    corners = np.array(found["primitives"][0]["corners_covariance_m2"])
+    assert corners.shape == (4, 3, 3)
+    vague = replace(seen, fitted_edges=(FittedEdge(np.array([600.0, 300]), np.array([640.0, 300]), 0.5),))
+    assert set(measure(vague, K, plane)["fitted_edges"][0]) == {"start_m", "end_m", "length_m"}
 
 
 HORIZON = Plane(np.array([0.0, 1.0, 0.0]), 1.2)  # a floor 1.2 m below the camera

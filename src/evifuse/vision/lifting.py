@@ -13,7 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from evifuse.errors import ImageError, UsageError
 from evifuse.vision.conics import axes_of, conic_of
 
-__all__ = ["Plane", "basis_of", "ellipse_on_plane", "on_depth", "on_plane", "one_depth", "rays_of"]
+__all__ = [
+    "Plane",
+    "basis_of",
+    "covariance_on_plane",
+    "ellipse_on_plane",
+    "on_depth",
+    "on_plane",
+    "one_depth",
+    "rays_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +100,38 @@ def on_plane(pixels: ArrayLike, matrix: ArrayLike, plane: Plane) -> NDArray[np.f
             "camera there, or runs beside it: check the plane's sign"
         )
     return rays * depth[..., None]
+
+
+def covariance_on_plane(
+    pixels: ArrayLike, covariance_px2: ArrayLike, matrix: ArrayLike, plane: Plane
+) -> NDArray[np.float64]:
+    """How uncertain points of a plane are, from how uncertain the pixels are that they are seen at.
+
+    To first order: ``J C J^T`` with ``J = d X / d (u, v)``, where X is the point that `on_plane` gives. Plane
+    and camera count as known, so nothing is uncertain across the plane.
+
+    Parameters
+    ----------
+    pixels : array_like of float, shape (..., 2)
+        (u, v), px.
+    covariance_px2 : array_like of float, shape (..., 2, 2)
+        Of each pixel's u and v, square px.
+    matrix : array_like of float, shape (3, 3)
+        Camera matrix K, px.
+    plane : Plane
+        In the camera frame.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., 3, 3)
+        Of x, y and z in the camera frame, square metres; of rank 2.
+    """
+    points = on_plane(pixels, matrix, plane)
+    slope = np.linalg.inv(np.asarray(matrix, np.float64))[:, :2]
+    depth = points[..., 2, None, None]
+    along = points[..., :, None] * (plane.normal @ slope) / plane.distance_m
+    jacobian = depth * (slope - along)
+    return jacobian @ np.asarray(covariance_px2, np.float64) @ np.swapaxes(jacobian, -1, -2)
 
 
 def on_depth(pixels: ArrayLike, matrix: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:

@@ -9,11 +9,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evifuse.errors import ImageError
-from evifuse.vision.lifting import Plane, ellipse_on_plane, on_depth, on_plane, one_depth, rays_of
-from evifuse.vision.primitives import Hypothesis
+from evifuse.vision.fit import FittedEdge
+from evifuse.vision.lifting import (
+    Plane,
+    covariance_on_plane,
+    ellipse_on_plane,
+    on_depth,
+    on_plane,
+    one_depth,
+    rays_of,
+)
+from evifuse.vision.primitives import Geometry, Hypothesis
 from evifuse.vision.sensor import SeenObject
 
-__all__ = ["Plane", "Surface", "ellipse_on_plane", "measure", "on_depth", "on_plane", "plane_in_depth"]
+__all__ = [
+    "Plane",
+    "Surface",
+    "covariance_on_plane",
+    "ellipse_on_plane",
+    "measure",
+    "on_depth",
+    "on_plane",
+    "plane_in_depth",
+]
 
 INNER_SHARE = 0.85
 """Depth is fitted inside an outline shrunk by this factor: at its border, depth is mixed."""
@@ -96,7 +114,9 @@ def measure(seen: SeenObject, matrix: ArrayLike, surface: Surface) -> dict[str, 
         `primitives`: for each one, in the order of the object's, `corners_m` and `sides_m` (side i goes from
         corner i to the next) or `centre_m`, `axes_m` and `axis_ends_m` (of a circle `radius_m` too);
         `fitted_edges`: `start_m`, `end_m` and `length_m`; `plane`: `normal`, `distance_m`, and from a depth
-        picture `error_m`. Plain lists and numbers.
+        picture `error_m`. With the uncertainty that the pixels have, where it is known:
+        `corners_covariance_m2`, `centre_covariance_m2`, `start_covariance_m2`, `end_covariance_m2` (each
+        3 x 3) and `length_std_m`. Plain lists and numbers.
 
     Raises
     ------
@@ -113,19 +133,30 @@ def measure(seen: SeenObject, matrix: ArrayLike, surface: Surface) -> dict[str, 
     else:
         outline = seen.primitives[0].shape if seen.primitives else _corners(seen.box)
         plane, error = plane_in_depth(outline, matrix, surface)
-    fitted: list[dict[str, Any]] = []
-    if seen.fitted_edges:
-        ends = on_plane([[e.start, e.end] for e in seen.fitted_edges], matrix, plane)
-        lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1)
-        fitted = [
-            {"start_m": a, "end_m": b, "length_m": length}
-            for (a, b), length in zip(ends.tolist(), lengths.tolist(), strict=True)
-        ]
     where = {"normal": plane.normal.tolist(), "distance_m": plane.distance_m}
     return {
         "primitives": [_measured(h, matrix, plane) for h in seen.primitives],
-        "fitted_edges": fitted,
+        "fitted_edges": [_edge_measured(e, matrix, plane) for e in seen.fitted_edges],
         "plane": where if error is None else {**where, "error_m": error},
+    }
+
+
+def _edge_measured(edge: FittedEdge, matrix: ArrayLike, plane: Plane) -> dict[str, Any]:
+    """A fitted edge in metres; the ends of its length count as independent."""
+    pixels = np.stack([edge.start, edge.end])
+    start, end = on_plane(pixels, matrix, plane)
+    length = float(np.linalg.norm(end - start))
+    found = {"start_m": start.tolist(), "end_m": end.tolist(), "length_m": length}
+    covariance = np.stack([edge.start_covariance_px2, edge.end_covariance_px2])
+    if not np.isfinite(covariance).all():
+        return found
+    first, last = covariance_on_plane(pixels, covariance, matrix, plane)
+    along = (end - start) / max(length, 1e-12)
+    return {
+        **found,
+        "start_covariance_m2": first.tolist(),
+        "end_covariance_m2": last.tolist(),
+        "length_std_m": float(np.sqrt(along @ (first + last) @ along)),
     }
 
 
@@ -134,7 +165,8 @@ def _measured(found: Hypothesis, matrix: ArrayLike, plane: Plane) -> dict[str, A
     if "corners" in geometry:
         corners = on_plane(geometry["corners"], matrix, plane)
         sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=-1)
-        return {"corners_m": corners.tolist(), "sides_m": sides.tolist()}
+        known: dict[str, Any] = {"corners_m": corners.tolist(), "sides_m": sides.tolist()}
+        return known | _uncertainty("corners", geometry, matrix, plane)
     if "centre" not in geometry:
         return {}
     radius: Any = geometry.get("radius")
@@ -142,7 +174,18 @@ def _measured(found: Hypothesis, matrix: ArrayLike, plane: Plane) -> dict[str, A
     angle: Any = geometry.get("angle_rad", 0.0)
     centre, axes_m, ends = ellipse_on_plane(geometry["centre"], axes, angle, matrix, plane)
     known = {"centre_m": centre.tolist(), "axes_m": axes_m.tolist(), "axis_ends_m": ends.tolist()}
-    return {**known, "radius_m": float(axes_m.mean() / 2)} if found.kind == "circle" else known
+    if found.kind == "circle":
+        known["radius_m"] = float(axes_m.mean() / 2)
+    return known | _uncertainty("centre", geometry, matrix, plane)
+
+
+def _uncertainty(what: str, geometry: Geometry, matrix: ArrayLike, plane: Plane) -> dict[str, Any]:
+    """Covariance in metres of corners or centre, if it is known in pixels."""
+    covariance = geometry.get(f"{what}_covariance_px2")
+    if covariance is None:
+        return {}
+    found = covariance_on_plane(geometry[what], covariance, matrix, plane)
+    return {f"{what}_covariance_m2": found.tolist()}
 
 
 def _least_median(rays: NDArray[np.float64], inverse: NDArray[np.float64]) -> NDArray[np.float64]:
