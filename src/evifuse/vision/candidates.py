@@ -1,38 +1,24 @@
-"""What every outline of a picture might show, after the primitives have competed for it."""
+"""What every outline of a picture might show, after the families of shapes have competed for it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.closing import closed_by_itself
-from evifuse.vision.geometry import distances_to_polygon
+from evifuse.vision.features import features_of
+from evifuse.vision.group import same_object
 from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Primitive, Proposals
-from evifuse.vision.primitives.fits import MOST_SECTIONS
-from evifuse.vision.primitives.odds import LEAST_DEVIATION
+from evifuse.vision.rivalry import FAMILIES, STRANGER, load_rivalry, pooled
 from evifuse.vision.strokes import Strokes, accounted_for
 
 __all__ = ["Candidates", "candidates_of"]
 
+Column = NDArray[np.float64]
+
 RESOLUTION_PX = 20.0
-"""An outline so wide, in pixels of the picture, keeps half of its belief (our own)."""
-
-KIND_ODDS = {"triangle": 0.6, "quadrilateral": 0.0, "ellipse": 0.2}
-"""Logarithm of the odds of each kind of shape before anything is seen (our own, tuned)."""
-
-
-ACCOUNT_POWER = 4.0
-"""How fast belief falls with the share of the strokes that is not accounted for (our own, tuned)."""
-
-PIXEL_GRID_PX = 0.3
-"""Deviation that says nothing when arcs are compared with eight sides, px (our own)."""
-
-SIDES_MARGIN = 1.4
-"""Eight sides, which have more freedom, count if they follow so many times more closely (our own)."""
-
-WHOLE_ARC = 0.9
-"""Arcs that are seen and account for less are not compared with eight sides: they follow cuts (our own)."""
+"""An outline so wide, in pixels of the picture, is half as clear as a large one (our own)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,43 +31,60 @@ class Candidates:
         What is seen.
     proposals : tuple of Proposals
         One per primitive.
-    factors : tuple of dict of str to ndarray of float64, shape (B,)
-        For each primitive, by what its belief is attenuated, in [0, 1].
-    beliefs : ndarray of float64, shape (P, B)
-        What is left of the belief in each primitive, in [0, 1].
+    features : mapping of str to ndarray of float64, shape (B,)
+        What the outlines were judged by, see `features_of`.
+    own : ndarray of float64, shape (B, 4)
+        Share of each family of shapes, the stranger last, by each outline alone.
+    prominence : ndarray of float64, shape (B,)
+        How much each outline stands out among those of its object: logarithm of the odds.
+    clearness : ndarray of float64, shape (B,)
+        How clear outlines of such a size are, in [0, 1].
     """
 
     outlines: Outlines
     proposals: tuple[Proposals, ...]
-    factors: tuple[dict[str, NDArray[np.float64]], ...]
-    beliefs: NDArray[np.float64]
+    features: Mapping[str, Column]
+    own: NDArray[np.float64]
+    prominence: Column
+    clearness: Column
 
     @property
-    def scores(self) -> NDArray[np.float64]:
-        """Belief in the best primitive of each outline, whatever else is there, in [0, 1], shape (B,)."""
-        without = [f["account"] for f in self.factors]
-        return (self.beliefs / np.maximum(without, 1e-9)).max(axis=0)
+    def scores(self) -> Column:
+        """How clearly each outline alone shows any primitive or stranger, in [0, 1], shape (B,)."""
+        shares = _by_family(self.own, self.proposals)
+        clear = [np.where(p.proposed, p.belief, 0.0) * shares[p.family] for p in self.proposals]
+        known = np.maximum(np.sum(list(shares.values()), axis=0), 1e-9)
+        return np.max(clear, axis=0) / known * self.clearness
 
-    @property
-    def prominence(self) -> NDArray[np.float64]:
-        """How much each outline stands out, in no unit, shape (B,).
-
-        Belief in the best primitive, times the third power of the width, over that of the deviation, relative
-        to the tolerance, to the power of 1.25 (our own, tuned): of the outlines of one object the outer one,
-        unless it is followed badly.
-        """
-        outlines = self.outlines
-        least = np.min([np.where(p.proposed, p.deviation, np.inf) for p in self.proposals], axis=0)
-        closeness = np.hypot(least / outlines.tolerance, LEAST_DEVIATION) ** -1.25
-        return self.scores * outlines.width**3 * closeness
-
-    @property
+    @cached_property
     def boxes(self) -> NDArray[np.float64]:
-        """Bounds of the best primitive of each outline: x0, y0, x1, y1, px, shape (B, 4)."""
+        """Bounds of the best primitive of each outline alone: x0, y0, x1, y1, px, shape (B, 4)."""
+        shares = _by_family(self.own, self.proposals)
         low = np.stack([p.shape.min(axis=1) for p in self.proposals])
         high = np.stack([p.shape.max(axis=1) for p in self.proposals])
-        best = self.beliefs.argmax(axis=0), np.arange(self.beliefs.shape[1])
+        beliefs = np.array([shares[p.family] for p in self.proposals]) * self.parts
+        best = beliefs.argmax(axis=0), np.arange(len(self.own))
         return np.concatenate([low[best], high[best]], axis=1)
+
+    @cached_property
+    def shares(self) -> dict[str, Column]:
+        """Share of each family, by all outlines of the object that each is part of, shape (B,)."""
+        together = same_object(self.boxes) | np.eye(len(self.own), dtype=np.bool_)
+        return _by_family(pooled(self.own, self.prominence, together), self.proposals)
+
+    @cached_property
+    def parts(self) -> NDArray[np.float64]:
+        """Part of each primitive in the share of its family, in [0, 1], shape (P, B).
+
+        In proportion to the beliefs. A family that was not learned gets no more than it believes itself.
+        """
+        beliefs = np.array([np.where(p.proposed, p.belief, 0.0) for p in self.proposals])
+        parts = np.zeros_like(beliefs)
+        for family in {p.family for p in self.proposals}:
+            mine = [k for k, p in enumerate(self.proposals) if p.family == family]
+            least = 1e-12 if family in FAMILIES else 1.0
+            parts[mine] = beliefs[mine] / np.maximum(beliefs[mine].sum(axis=0), least)
+        return parts
 
     def hypotheses(self, i: int) -> tuple[Hypothesis, ...]:
         """What one outline might show.
@@ -97,11 +100,11 @@ class Candidates:
             One per primitive at most, most believed first.
         """
         found: list[Hypothesis] = []
-        for p, factors, belief in zip(self.proposals, self.factors, self.beliefs[:, i].tolist(), strict=True):
+        for p, part in zip(self.proposals, self.parts[:, i].tolist(), strict=True):
             if p.proposed[i]:
+                share = float(self.shares[p.family][i])
                 h = p.hypothesis(i)
-                terms = {**h.terms, **{name: float(v[i]) for name, v in factors.items()}}
-                found.append(replace(h, belief=belief, terms=terms))
+                found.append(replace(h, belief=share * part, terms={**h.terms, "share": share, "part": part}))
         return tuple(sorted(found, key=lambda h: -h.belief))
 
 
@@ -110,12 +113,10 @@ def candidates_of(
 ) -> Candidates:
     """Everything that outlines might show.
 
-    To the belief that each primitive gives, factors are applied that no primitive can know alone (our own).
-    *Rivalry*: triangle, quadrilateral and ellipse share one belief in proportion to their odds.
-    *Roundness*: where eight sides follow a whole outline much more closely than an arc, the arc loses the
-    squared ratio of their deviations, to nobody: an octagon is none of the primitives. *Account*: the share
-    of the strokes of the object that the primitive accounts for, to the fourth power. *Resolution*:
-    ``width / (width + 20 px)``.
+    The families of shapes and the stranger, who is none of them, share one belief in proportion to their
+    learned odds, averaged over the outlines of the object (`Rivalry`, our own). The beliefs of section 3.2
+    say how the share of a family is divided among its members: a square is a rectangle too. What falls to the
+    stranger is believed of no primitive and stays on the frame.
 
     Parameters
     ----------
@@ -134,49 +135,50 @@ def candidates_of(
         One per outline.
     """
     fits = Fits(outlines)
-    proposals = tuple(propose(fits) for propose in primitives.values())
-    resolution = outlines.width / (outlines.width + scale * RESOLUTION_PX)
-    shares = _shares(proposals)
-    account: dict[str, NDArray[np.float64]] = {}
-    for p in proposals:
-        if p.family not in account:
-            account[p.family] = accounted_for(strokes, p.shape, outlines.tolerance) ** ACCOUNT_POWER + 1e-6
-    factors = tuple(
-        {"rivalry": shares[p.family], "account": account[p.family], "resolution": resolution}
-        for p in proposals
+    features = features_of(fits, accounts_of(fits, strokes), scale)
+    own, standing = load_rivalry().judge(features)
+    return Candidates(
+        outlines=outlines,
+        proposals=tuple(propose(fits) for propose in primitives.values()),
+        features=features,
+        own=own,
+        prominence=standing,
+        clearness=outlines.width / (outlines.width + scale * RESOLUTION_PX),
     )
-    roundness = _roundness(fits)
-    for p, f in zip(proposals, factors, strict=True):
-        if p.family == "ellipse":
-            f["roundness"] = roundness
-    beliefs = np.array(
-        [
-            np.where(p.proposed, p.belief * np.prod(list(f.values()), axis=0), 0.0)
-            for p, f in zip(proposals, factors, strict=True)
-        ]
-    )
-    return Candidates(outlines, proposals, factors, beliefs)
 
 
-def _shares(proposals: tuple[Proposals, ...]) -> dict[str, NDArray[np.float64]]:
-    """Share of each family of shapes in the belief about each outline, by the odds of its best member."""
-    best: dict[str, NDArray[np.float64]] = {}
+def accounts_of(fits: Fits, strokes: Strokes) -> dict[str, Column]:
+    """Share of the strokes that the triangle, quadrilateral and ellipse of each outline account for.
+
+    Parameters
+    ----------
+    fits : Fits
+        What is seen, and what was fitted to it.
+    strokes : Strokes
+        What the outlines are part of.
+
+    Returns
+    -------
+    dict of str to ndarray of float64, shape (B,)
+        By family, in [0, 1].
+    """
+    shapes = (fits.triangle.corners, fits.quadrilateral.corners, fits.ellipse.shape)
+    tolerance = fits.outlines.tolerance
+    return {f: accounted_for(strokes, s, tolerance) for f, s in zip(FAMILIES[:3], shapes, strict=True)}
+
+
+def _by_family(shares: NDArray[np.float64], proposals: tuple[Proposals, ...]) -> dict[str, Column]:
+    """Shares by name; families that were not learned take theirs from the stranger, by how well they follow.
+
+    Of the stranger's share each gets its odds against the best of the learned families and the new ones.
+    """
+    found = dict(zip(FAMILIES, shares.T, strict=True))
+    odds: dict[str, Column] = {}
     for p in proposals:
-        odds = np.where(p.proposed, np.nan_to_num(p.odds, nan=-1e3), -1e3) + KIND_ODDS.get(p.family, 0.0)
-        best[p.family] = np.maximum(best.get(p.family, np.full_like(odds, -1e3)), odds)
-    odds = np.stack(list(best.values()))
-    weight = np.exp(odds - odds.max(axis=0))
-    return dict(zip(best, weight / weight.sum(axis=0), strict=True))
-
-
-def _roundness(fits: Fits) -> NDArray[np.float64]:
-    """How much better an arc follows each outline than eight straight sides do, in [0, 1]."""
-    match, outlines = fits.ellipse.match, fits.outlines
-    whole = np.flatnonzero(fits.ellipse.found & (match.explained * match.coverage >= WHOLE_ARC))
-    polygon = closed_by_itself(fits.sections[MOST_SECTIONS], outlines.around)[whole]
-    distance, _ = distances_to_polygon(outlines.points[whole], polygon)
-    straight = np.nan_to_num(np.sqrt((distance**2).mean(axis=1)), nan=np.inf)
-    ratio = (straight + PIXEL_GRID_PX) / (match.deviation[whole] + PIXEL_GRID_PX)
-    roundness = np.ones(len(match.fit))
-    roundness[whole] = np.minimum(1.0, SIDES_MARGIN * ratio) ** 2
-    return roundness
+        mine = np.where(p.proposed, np.nan_to_num(p.odds, nan=-1e3), -1e3)
+        odds[p.family] = np.maximum(odds.get(p.family, mine), mine)
+    best = np.max([odds[f] for f in FAMILIES[:3] if f in odds] or [np.zeros(len(shares))], axis=0)
+    new = {f: np.exp(np.clip(o - best, -50, 50)) for f, o in odds.items() if f not in found}
+    total = 1 + np.sum(list(new.values()), axis=0)
+    stranger = found.pop(STRANGER)
+    return found | {f: stranger * weight / total for f, weight in new.items()}

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["group_objects"]
+__all__ = ["group_objects", "same_object"]
 
 NESTED_AREA = 12.0
 """An outline inside another of up to so many times its area is part of the same object (our own)."""
@@ -35,16 +35,27 @@ def group_objects(
     """
     ranked = np.flatnonzero(scores >= least)
     ranked = ranked[np.argsort(-prominence[ranked], kind="stable")]
-    same_object = _same_object(boxes[ranked])
+    together = same_object(boxes[ranked])
     chosen: list[int] = []
     for i in range(len(ranked)):
-        if not same_object[i, chosen].any():
+        if not together[i, chosen].any():
             chosen.append(i)
     return ranked[chosen].tolist()
 
 
-def _same_object(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether one box lies mostly in the other, without being tiny beside it; for every pair."""
+def same_object(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether one box lies mostly in the other, without being tiny beside it; for every pair.
+
+    Parameters
+    ----------
+    boxes : ndarray of float64, shape (B, 4)
+        Bounds: x0, y0, x1, y1, px; NaN belongs to nothing.
+
+    Returns
+    -------
+    ndarray of bool, shape (B, B)
+        Symmetric.
+    """
     low, high = boxes[:, :2], boxes[:, 2:]
     shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
     overlap = np.clip(shared, 0, None).prod(axis=2)
