@@ -4,6 +4,7 @@ from pathlib import Path
 
 from evifuse.app.draw import draw_shapes
 from evifuse.app.pictures import Sources
+from evifuse.app.sketch import write_sketch
 from evifuse.app.videos import Picture
 from evifuse.errors import UsageError
 from evifuse.vision import SeenObject
@@ -31,6 +32,7 @@ class Drawings:
         self._inputs = {Path(p).resolve() for p in sources.paths}
         self._used: set[str] = set()
         self._names: dict[str, str] = {}
+        self._many = sources.many
         self._folder = sources.many or target.is_dir()
         self._target = target
         if not self._folder:
@@ -62,7 +64,10 @@ class Drawings:
             frame = "" if picture.frame is None else f"-{picture.frame:06d}"
             path = self._target / f"{self._name(picture.path)}{frame}.png"
             self._refuse_input(path)
-        draw_shapes(picture.image, objects, path)
+        if self._many:  # a sheet with bars takes a hundred times as long
+            write_sketch(picture.image, objects, path)
+        else:
+            draw_shapes(picture.image, objects, path)
 
     def _name(self, path: str) -> str:
         """The file's own name without suffix, with a number behind it if another file took it."""

@@ -12,7 +12,7 @@ from evifuse.vision import SeenObject
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["TINT", "label_of", "legend", "overlay"]
+__all__ = ["LEAST_NAMED", "TINT", "label_of", "legend", "overlay", "strength"]
 
 TINT = "plasma"
 """Colours of belief from 0, dark, to 1, bright."""
@@ -54,8 +54,8 @@ def overlay(
     axes.imshow(_shown(image), cmap="gray", vmin=0, vmax=255, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
     for seen in reversed(objects):
-        _object(axes, seen, bold=_strength(seen) >= LEAST_NAMED if touched is None else seen is touched)
-    named = [seen for seen in objects if _strength(seen) >= LEAST_NAMED or seen is touched]
+        _object(axes, seen, bold=strength(seen) >= LEAST_NAMED if touched is None else seen is touched)
+    named = [seen for seen in objects if strength(seen) >= LEAST_NAMED or seen is touched]
     return len(objects) - len(named) + _labels(axes, named)
 
 
@@ -86,11 +86,22 @@ def label_of(seen: SeenObject) -> str:
     str
         For example ``elliptical 0.87``.
     """
-    return f"{seen.classification.decision or 'unknown'} {_strength(seen):.2f}"
+    return f"{seen.classification.decision or 'unknown'} {strength(seen):.2f}"
 
 
-def _strength(seen: SeenObject) -> float:
-    """Belief in what an object is said to be."""
+def strength(seen: SeenObject) -> float:
+    """Belief in what an object is said to be.
+
+    Parameters
+    ----------
+    seen : SeenObject
+        The object.
+
+    Returns
+    -------
+    float
+        In [0, 1]; of an object without a decision the mass on the frame.
+    """
     return seen.classification.belief.as_dict().get(seen.classification.decision or "frame", 0.0)
 
 
