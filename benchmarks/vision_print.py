@@ -7,7 +7,7 @@ from vision_training import OURS, THEIRS
 
 def _share(row: dict[str, Any] | None, digits: int = 3) -> str:
     """A value with its interval."""
-    if row is None:
+    if row is None or row.get("mean", 0.0) is None:
         return "-"
     value = next(row[k] for k in ("accuracy", "auroc", "mean", "f", "recall") if k in row)
     text = f"{value:.{digits}f}"
@@ -42,11 +42,11 @@ def print_overall(name: str, row: dict[str, Any]) -> None:
 
 def print_strangers(sensor: dict[str, dict[str, Any]]) -> None:
     print("\nstrangers told from the three shapes: AUROC, 95 % interval of the bootstrap (1000 draws)")
-    print(f"{'':22}{'mass on the frame':24}{'conflict (confusion)':24}{'1 - best belief':24}strangers")
+    print(f"{'':22}{'mass on the frame':24}{'conflict (dissonance)':24}{'1 - pignistic':24}strangers")
     for name, row in sensor.items():
         some = row["strangers"]
         count = 0 if some["frame"] is None else some["frame"]["other"]
-        cells = "".join(f"{_share(some[k], 2):24}" for k in ("frame", "conflict", "best"))
+        cells = "".join(f"{_share(some[k], 2):24}" for k in ("frame", "conflict", "pignistic"))
         print(f"{name:22}{cells}{count}")
 
 
@@ -60,9 +60,7 @@ def print_learned(source: str, learned: dict[str, dict[str, Any]]) -> None:
 
 
 def print_scenes(row: dict[str, Any]) -> None:
-    print(
-        f"\nroad scenes: signs of 36 px and more found with their shape: {_share(row)}, of {row['count']}"
-    )
+    print(f"\nroad scenes: signs of 36 px and more found with their shape: {_share(row)}, of {row['count']}")
     print(f"with any shape: {row['found']:.3f}; {row['objects_per_photo']:.1f} objects each, ", end="")
     print(f"{row['ms_per_image']:.0f} ms")
     tenths = " / ".join(f"{v:.2f}" for v in row["best_overlap"])

@@ -14,7 +14,7 @@ from vision_data import CLASSES, Image
 from vision_measures import auroc_with_interval, calibration, interval
 
 from evifuse.belief import Frame, MassFunction, coarsen, pignistic, refining
-from evifuse.belief.uncertainty import confusion
+from evifuse.belief.uncertainty import dissonance
 from evifuse.vision import SHAPE_FRAME, sense_shapes
 
 FAMILIES = refining(
@@ -66,16 +66,19 @@ class Firsts:
     def doubts(self) -> dict[str, Array]:
         """Ways to tell strangers: the higher, the stranger.
 
-        *Frame*: mass on the frame. *Conflict*: Höhle's confusion of the evidence for the three classes, which
-        is high where sets that don't hold each other share the mass. *Best*: 1 less the highest belief in a
-        class.
+        *Frame*: mass on the frame. *Conflict*: Yager's dissonance of what is committed to the three classes,
+        the mass on the frame divided out; 0 where nothing is committed. *Pignistic*: 1 less the highest
+        probability of a class.
         """
         families = coarsen(self.evidence, FAMILIES)
-        beliefs = np.stack([families.on(np.array([1 << i]))[..., 0] for i in range(len(CLASSES))], axis=-1)
+        masses = np.where(families.focal_sets == families.frame.full, 0.0, families.masses)
+        total = masses.sum(axis=1, keepdims=True)
+        masses = np.where(total > 0, masses / np.where(total > 0, total, 1.0), families.masses)
+        committed = MassFunction(families.frame, families.focal_sets, masses)
         return {
             "frame": self.evidence.on(np.array([SHAPE_FRAME.full]))[..., 0],
-            "conflict": confusion(families),
-            "best": 1 - beliefs.max(axis=1),
+            "conflict": dissonance(committed),
+            "pignistic": 1 - self.pignistic.max(axis=1),
         }
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from vision_data import CLASSES, SEED, Image
-from vision_measures import mean_interval
+from vision_measures import interval, mean_interval
 from vision_rivals import hog, trained
 from vision_seen import Firsts, shown
 
@@ -84,14 +84,21 @@ def few_examples(
             )
     found: dict[str, Any] = {}
     for (count, condition), values in shares.items():
-        both = np.array(values)
-        columns = {OURS: both[:, 0], THEIRS: both[:, 1], "difference": both[:, 0] - both[:, 1]}
-        row = {
-            name: dict(zip(("mean", "interval"), mean_interval(v), strict=True))
-            for name, v in columns.items()
-        }
-        found.setdefault(str(count or "all"), {})[condition] = {**row, "draws": len(values)}
+        pictures = sum(int(seen[condition].known[fold.judged].sum()) for fold in folds)
+        found.setdefault(str(count or "all"), {})[condition] = _row(np.array(values), pictures)
     return found
+
+
+def _row(shares: NDArray[np.float64], pictures: int) -> dict[str, Any]:
+    """Ours, theirs and the difference over draws (D, 2); of a single draw the interval is Wilson's."""
+    columns = {OURS: shares[:, 0], THEIRS: shares[:, 1], "difference": shares[:, 0] - shares[:, 1]}
+    row: dict[str, Any] = {"draws": len(shares), "pictures": pictures}
+    for name, values in columns.items():
+        mean, limits = mean_interval(values)
+        if len(shares) == 1:
+            limits = None if name == "difference" else interval(round(mean * pictures), pictures)
+        row[name] = {"mean": mean, "interval": limits}
+    return row
 
 
 def _one_draw(
