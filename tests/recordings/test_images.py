@@ -15,6 +15,7 @@ from evifuse.recordings.animation import frame_count
 from evifuse.recordings.depth import read_depth
 from evifuse.recordings.headers import declared_size
 from evifuse.recordings.images import as_image, read_image
+from evifuse.recordings.orientation import stored_orientation
 
 COLOUR = np.random.default_rng(5).integers(0, 256, (20, 30, 3), dtype=np.uint8)
 
@@ -257,17 +258,52 @@ def test_a_palette_with_a_transparent_colour(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-@pytest.mark.parametrize("name", ["a.jpg", "a.tif"])
+@pytest.mark.parametrize("name", ["a.jpg", "a.tif", "a.png", "a.webp"])
 def test_pictures_of_a_turned_camera_stand_upright(tmp_path: Path, name: str, orientation: int) -> None:
     exif = Image.Exif()
     exif[0x0112] = orientation
-    options = {"quality": 100, "subsampling": 0} if name == "a.jpg" else {}
+    options = {"a.jpg": {"quality": 100, "subsampling": 0}, "a.webp": {"lossless": True}}.get(name, {})
     Image.fromarray(RGB).save(tmp_path / name, exif=exif, **options)
     with Image.open(tmp_path / name) as made:
         upright = np.asarray(ImageOps.exif_transpose(made))
     image = read_image(tmp_path / name)
     assert image.shape == upright.shape
     assert np.abs(image[..., ::-1].astype(int) - upright).max() <= 2
+
+
+@pytest.mark.parametrize("mode", ["L", "P", "LA", "RGBA"])
+@pytest.mark.parametrize("name", ["a.png", "a.webp"])
+def test_turned_pictures_of_every_kind(tmp_path: Path, mode: str, name: str) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    picture = Image.fromarray(RGB).convert(mode)
+    picture.save(tmp_path / name, exif=exif, **({"lossless": True} if name == "a.webp" else {}))
+    image = read_image(tmp_path / name)
+    assert image.shape[:2] == (30, 20)
+    with Image.open(tmp_path / name) as made:
+        expected = np.asarray(ImageOps.exif_transpose(made).convert("L" if image.ndim == 2 else "RGB"))
+    found = image if image.ndim == 2 else image[..., ::-1]
+    assert np.abs(found.astype(int) - expected).max() <= 2
+
+
+@pytest.mark.parametrize(
+    ("exif", "orientation"),
+    [
+        (b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x08\0\0\0", 8),
+        (b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x03\0\0", 3),
+        (b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x09\0\0", 1),
+        (b"MM\0*\0\0\0\x08\0\x09\x01\x12", 1),
+        (b"MM\0*\xff\xff\xff\xff", 1),
+        (b"Exif", 1),
+        (b"", 1),
+    ],
+)
+def test_orientation_of_odd_exif(exif: bytes, orientation: int) -> None:
+    chunk = struct.pack(">I4s", len(exif), b"eXIf") + exif + bytes(4)
+    assert stored_orientation(b"\x89PNG\r\n\x1a\n" + chunk) == orientation
+    odd = b"EXIF" + struct.pack("<I", len(exif)) + exif + bytes(len(exif) % 2)
+    before = b"ALPH" + struct.pack("<I", 3) + bytes(4)
+    assert stored_orientation(b"RIFF" + bytes(4) + b"WEBP" + before + odd) == orientation
 
 
 def test_16_bits_with_transparency(tmp_path: Path) -> None:

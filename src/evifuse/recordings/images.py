@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from evifuse.errors import ImageError
 from evifuse.recordings.headers import declared_size, is_truncated
+from evifuse.recordings.orientation import stored_orientation, upright
 
 __all__ = ["MAX_BYTES", "MAX_PIXELS", "MIN_SIDE_PX", "as_image", "bytes_of", "decoded", "read_image"]
 
@@ -28,8 +29,8 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
     """Read a picture file.
 
     Transparency is laid over white; the first frame of an animation is taken (`frame_count` says how many
-    there are); the orientation that a camera wrote into a JPEG or TIFF file is applied. See `as_image` for
-    16-bit and float pictures.
+    there are); the orientation that a camera wrote into a JPEG, TIFF, PNG or WebP file is applied. See
+    `as_image` for 16-bit and float pictures.
 
     Parameters
     ----------
@@ -137,7 +138,7 @@ def bytes_of(file: Path) -> bytes:
 
 
 def decoded(data: bytes) -> NDArray[np.generic] | None:
-    """Decode a picture with every channel and bit.
+    """Decode a picture with every channel and bit, upright.
 
     Parameters
     ----------
@@ -161,7 +162,9 @@ def decoded(data: bytes) -> NDArray[np.generic] | None:
         return None
     finally:
         cv2.utils.logging.setLogLevel(level)
-    return None if array is None or array.size == 0 else array  # pyright: ignore[reportUnnecessaryComparison]
+    if array is None or array.size == 0:  # pyright: ignore[reportUnnecessaryComparison]
+        return None
+    return upright(array, stored_orientation(data))
 
 
 def _check_size(name: str, width: int, height: int) -> None:
