@@ -86,6 +86,11 @@ class Candidates:
             parts[mine] = beliefs[mine] / np.maximum(beliefs[mine].sum(axis=0), least)
         return parts
 
+    @cached_property
+    def beliefs(self) -> NDArray[np.float64]:
+        """Belief in each primitive of each outline, in [0, 1], shape (P, B)."""
+        return np.array([self.shares[p.family] for p in self.proposals]) * self.parts
+
     def hypotheses(self, i: int) -> tuple[Hypothesis, ...]:
         """What one outline might show.
 
@@ -100,11 +105,11 @@ class Candidates:
             One per primitive at most, most believed first.
         """
         found: list[Hypothesis] = []
-        for p, part in zip(self.proposals, self.parts[:, i].tolist(), strict=True):
+        for k, p in enumerate(self.proposals):
             if p.proposed[i]:
-                share = float(self.shares[p.family][i])
                 h = p.hypothesis(i)
-                found.append(replace(h, belief=share * part, terms={**h.terms, "share": share, "part": part}))
+                shares = {"share": float(self.shares[p.family][i]), "part": float(self.parts[k, i])}
+                found.append(replace(h, belief=float(self.beliefs[k, i]), terms={**h.terms, **shares}))
         return tuple(sorted(found, key=lambda h: -h.belief))
 
 

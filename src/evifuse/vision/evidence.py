@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from typing import SupportsFloat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evifuse.belief import Frame, MassFunction
 from evifuse.vision.primitives import SHAPE_FRAME
 
-__all__ = ["shape_evidence"]
+__all__ = ["shape_evidence", "shape_evidences"]
 
 
 def shape_evidence(beliefs: Mapping[str, SupportsFloat], frame: Frame = SHAPE_FRAME) -> MassFunction:
@@ -39,10 +40,26 @@ def shape_evidence(beliefs: Mapping[str, SupportsFloat], frame: Frame = SHAPE_FR
     for name in beliefs:
         frame.mask(name)
     values = np.array([float(beliefs.get(name, 0.0)) for name in frame.hypotheses], dtype=np.float64)
-    total = float(values.sum())
-    doubt = 1.0 - total
-    if total > 1:
-        doubt = float((1 - values).prod())
-        values *= (1 - doubt) / total
-    sets = [*frame.hypotheses, frame]
-    return MassFunction(frame, sets, [*values.tolist(), max(0.0, 1.0 - float(values.sum()))])
+    return shape_evidences(values, frame)
+
+
+def shape_evidences(beliefs: NDArray[np.float64], frame: Frame = SHAPE_FRAME) -> MassFunction:
+    """As `shape_evidence`, for many objects at once.
+
+    Parameters
+    ----------
+    beliefs : ndarray of float64, shape (..., P)
+        Belief in each primitive, in the order of the frame, in [0, 1].
+    frame : Frame, optional
+        The P primitives, if they are not the built-in ones.
+
+    Returns
+    -------
+    MassFunction
+        Batch shape ``(...)``; the focal sets are all primitives and the frame.
+    """
+    total = beliefs.sum(axis=-1, keepdims=True)
+    doubt = (1 - beliefs).prod(axis=-1, keepdims=True)
+    masses = beliefs * np.where(total > 1, (1 - doubt) / np.maximum(total, 1.0), 1.0)
+    rest = np.maximum(0.0, 1.0 - masses.sum(axis=-1, keepdims=True))
+    return MassFunction(frame, [*frame.hypotheses, frame], np.concatenate([masses, rest], axis=-1))

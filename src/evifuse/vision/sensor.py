@@ -1,22 +1,25 @@
 """The logical shape sensor: a picture in, a belief function over shape primitives out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evifuse.belief import Frame, MassFunction
-from evifuse.conductivity import Classification, KnowledgeBase, classify
+from evifuse.belief import Frame, MassFunction, on_frame
+from evifuse.conductivity import Classification, CompiledClassifier, KnowledgeBase, classify, compile  # noqa: A004
+from evifuse.errors import KnowledgeError
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.images import as_image
 from evifuse.vision.candidates import Candidates, candidates_of
 from evifuse.vision.detect import Detector
-from evifuse.vision.evidence import shape_evidence
+from evifuse.vision.evidence import shape_evidences
 from evifuse.vision.exact import exact_hypotheses, with_rough_ends
 from evifuse.vision.fit import FittedEdge
 from evifuse.vision.group import group_objects
+from evifuse.vision.later import Later
 from evifuse.vision.link import LinkList
 from evifuse.vision.outlines import find_outlines
 from evifuse.vision.primitives import PRIMITIVES, SHAPE_FRAME, Hypothesis, Primitive, outlines_of
@@ -42,10 +45,11 @@ class SeenObject:
     ----------
     box : tuple of int
         Bounds x, y, width, height, px, inside the picture.
-    fitted_edges : tuple of FittedEdge
+    fitted_edges : sequence of FittedEdge
         Fitted edges of its outline.
-    primitives : tuple of Hypothesis
-        Primitives it might show, most believed first.
+    primitives : sequence of Hypothesis
+        Primitives it might show, most believed first. They and the edges get their exact places in the
+        picture when those of any object are first looked at; what is believed is known before.
     evidence : MassFunction
         Over the shape frame.
     classification : Classification
@@ -53,8 +57,8 @@ class SeenObject:
     """
 
     box: tuple[int, int, int, int]
-    fitted_edges: tuple[FittedEdge, ...]
-    primitives: tuple[Hypothesis, ...]
+    fitted_edges: Sequence[FittedEdge]
+    primitives: Sequence[Hypothesis]
     evidence: MassFunction
     classification: Classification
 
@@ -134,29 +138,62 @@ def sense_shapes(
     chosen = group_objects(boxes, candidates.scores, candidates.prominence, LEAST_BELIEF)
     if not chosen:
         return ()
-    shown = [candidates.hypotheses(i) for i in chosen]
     frame = SHAPE_FRAME if primitives is PRIMITIVES else Frame(primitives)
-    evidence = [shape_evidence({h.kind: h.belief for h in hypotheses}, frame) for hypotheses in shown]
-    masses = np.stack([e.masses for e in evidence])
-    together = classify(MassFunction(frame, evidence[0].focal_sets, masses), kb)
+    evidence = shape_evidences(candidates.beliefs[:, chosen].T, frame)
+    together = _classified(evidence, kb)
+    corners = working.point(boxes[chosen].reshape(-1, 2, 2))
     size = (picture.shape[1], picture.shape[0])
-    exact = exact_hypotheses(
-        [tuple(map(working.hypothesis, hypotheses)) for hypotheses in shown], picture, working.scale
-    )
-    seen: list[SeenObject] = []
-    for k, (i, hypotheses) in enumerate(zip(chosen, exact, strict=True)):
-        shape = hypotheses[0].shape
-        seen.append(
-            SeenObject(
-                box=_pixel_box(np.stack([shape.min(axis=0), shape.max(axis=0)]), size),
-                fitted_edges=hypotheses[0].edges
-                or _edges_between_corners(candidates.outlines.links[i], working),
-                primitives=hypotheses,
-                evidence=evidence[k],
-                classification=_one_of(together, k),
-            )
+    trace = _Trace(picture, working, candidates, tuple(chosen))
+    return tuple(
+        SeenObject(
+            box=_pixel_box(corners[k], size),
+            fitted_edges=Later(partial(trace.edges, k)),
+            primitives=Later(partial(trace.of, k)),
+            evidence=evidence[k],
+            classification=_one_of(together, k),
         )
-    return tuple(seen)
+        for k in range(len(chosen))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Trace:
+    """How the objects of a picture were seen; made for all of them when it is first asked for."""
+
+    picture: NDArray[np.uint8]
+    working: WorkingPicture
+    candidates: Candidates
+    chosen: tuple[int, ...]
+
+    @cached_property
+    def hypotheses(self) -> list[tuple[Hypothesis, ...]]:
+        """What each object might show, in its exact place in the picture."""
+        rough = [tuple(map(self.working.hypothesis, self.candidates.hypotheses(i))) for i in self.chosen]
+        return exact_hypotheses(rough, self.picture, self.working.scale)
+
+    def of(self, k: int) -> tuple[Hypothesis, ...]:
+        """What one object might show."""
+        return self.hypotheses[k]
+
+    def edges(self, k: int) -> tuple[FittedEdge, ...]:
+        """Fitted edges of one object."""
+        links = self.candidates.outlines.links[self.chosen[k]]
+        return self.hypotheses[k][0].edges or _edges_between_corners(links, self.working)
+
+
+def _classified(evidence: MassFunction, knowledge: KnowledgeBase) -> Classification:
+    """Conductivity of all evidence of a picture, by a compiled knowledge base if it can be compiled."""
+    same = on_frame(evidence, knowledge.frame)
+    try:
+        fast = _compiled(knowledge, tuple(same.focal_sets.tolist()))
+    except KnowledgeError:  # sets infinitely far apart
+        return classify(same, knowledge)
+    return fast.classify(same.masses)
+
+
+@lru_cache(maxsize=16)
+def _compiled(knowledge: KnowledgeBase, focal_sets: tuple[int, ...]) -> CompiledClassifier:
+    return compile(knowledge, np.array(focal_sets, np.int64))
 
 
 def _one_of(together: Classification, i: int) -> Classification:
