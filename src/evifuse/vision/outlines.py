@@ -213,21 +213,18 @@ def neighbours(chains: Sequence[Chain]) -> list[list[int]]:
         Groups of 1 to 8 chains, by number, whose boxes are closer than 15 % of the larger extent; none in a
         picture with many chains.
     """
-    if len(chains) > MAX_CHAINS:
+    if not 0 < len(chains) <= MAX_CHAINS:
         return []
-    low = np.array([c.min(axis=0) for c in chains])
-    high = np.array([c.max(axis=0) for c in chains])
-    extent = (high - low).max(axis=1)
-    apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
-    near = apart <= NEAR * np.maximum(extent[:, None], extent[None])
-    groups: list[list[int]] = []
-    left = set(range(len(chains)))
-    while left:
-        group, grown = set[int](), {left.pop()}
-        while grown:
-            group |= grown
-            grown = {int(j) for i in grown for j in np.flatnonzero(near[i])} - group
-        left -= group
-        if len(group) <= MOST_STROKES:
-            groups.append(sorted(group))
-    return groups
+    from evifuse.vision import _kernels_boxes
+
+    points = np.concatenate(chains)
+    sizes = np.array([len(c) for c in chains])
+    first = np.cumsum(sizes) - sizes
+    low, high = np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+    group = np.empty(len(chains), np.int64)
+    found = _kernels_boxes.connected(low, high, NEAR, group)
+    small = np.bincount(group, minlength=found) <= MOST_STROKES
+    groups: list[list[int]] = [[] for _ in range(found)]
+    for i, k in enumerate(group.tolist()):
+        groups[k].append(i)
+    return [members for members, few in zip(groups, small.tolist(), strict=True) if few]
