@@ -141,18 +141,17 @@ def sense_shapes(
     frame = SHAPE_FRAME if primitives is PRIMITIVES else Frame(primitives)
     evidence = shape_evidences(candidates.beliefs[:, chosen].T, frame)
     together = _classified(evidence, kb)
-    corners = working.point(boxes[chosen].reshape(-1, 2, 2))
-    size = (picture.shape[1], picture.shape[0])
+    bounds = working.point(boxes[chosen].reshape(-1, 2, 2)).reshape(-1, 4)
     trace = _Trace(picture, working, candidates, tuple(chosen))
     return tuple(
         SeenObject(
-            box=_pixel_box(corners[k], size),
+            box=box,
             fitted_edges=Later(partial(trace.edges, k)),
             primitives=Later(partial(trace.of, k)),
             evidence=evidence[k],
             classification=_one_of(together, k),
         )
-        for k in range(len(chosen))
+        for k, box in enumerate(_pixel_boxes(bounds, (picture.shape[1], picture.shape[0])))
     )
 
 
@@ -250,8 +249,8 @@ def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[Fi
     return tuple(with_rough_ends(working.edge(e), working.scale) for e in split_at_corners(links))
 
 
-def _pixel_box(corners: NDArray[np.float64], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Whole pixels x, y, width, height that two opposite corners span, inside the picture."""
-    x0, y0 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[0], size, strict=True))
-    x1, y1 = (int(np.clip(round(v), 0, n - 1)) for v, n in zip(corners[1], size, strict=True))
-    return x0, y0, x1 - x0 + 1, y1 - y0 + 1
+def _pixel_boxes(bounds: NDArray[np.float64], size: tuple[int, int]) -> list[tuple[int, int, int, int]]:
+    """Whole pixels x, y, width, height inside the picture, of bounds x0, y0, x1, y1, shape (N, 4)."""
+    width, height = size
+    inside = np.clip(np.rint(bounds), 0, np.array([width, height, width, height]) - 1).astype(int)
+    return [(x0, y0, x1 - x0 + 1, y1 - y0 + 1) for x0, y0, x1, y1 in inside.tolist()]
