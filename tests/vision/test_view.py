@@ -41,14 +41,19 @@ def belief(seen: tuple[SeenObject, ...], kind: str) -> float:
     return next((h.belief for h in seen[0].primitives if h.kind == kind), 0.0) if seen else 0.0
 
 
+def four_sided(seen: tuple[SeenObject, ...]) -> float:
+    return belief(seen, "square") + belief(seen, "rectangle")
+
+
 def test_a_tilted_square_is_a_square_only_with_the_view() -> None:
     view, place = view_of(np.deg2rad(60), turn=0.6)
     image = picture(SQUARE, place)
     blind, knowing = sense_shapes(image), sense_shapes(image, view=view)
-    assert belief(knowing, "square") > 0.75
+    assert belief(knowing, "square") > 0.45  # and as much that it is a rectangle: it is one too
+    assert four_sided(knowing) > 0.9
     assert belief(blind, "square") < 0.35
-    assert belief(blind, "rectangle") < 0.5
-    assert belief(knowing, "rectangle") > 0.75
+    assert four_sided(blind) < 0.65
+    assert blind[0].evidence.as_dict()["frame"] > 0.3
 
 
 def test_belief_falls_with_the_tilt_unless_the_view_is_known() -> None:
@@ -57,18 +62,20 @@ def test_belief_falls_with_the_tilt_unless_the_view_is_known() -> None:
     for degrees in (0, 20, 40, 60, 70):
         view, place = view_of(np.deg2rad(degrees), turn=0.6)
         image = picture(SQUARE, place)
-        blind.append(belief(sense_shapes(image), "square"))
-        knowing.append(belief(sense_shapes(image, view=view), "square"))
-    assert (np.diff(blind) < 0).all()
-    assert min(knowing) > 0.75 * max(knowing)
+        blind.append(four_sided(sense_shapes(image)))
+        knowing.append(four_sided(sense_shapes(image, view=view)))
+    assert (np.diff(blind) < 1e-3).all()
+    assert blind[-1] < 0.4 < 0.9 < blind[0]
+    assert min(knowing) > 0.95 * max(knowing)
 
 
 def test_a_tilted_rectangle_is_not_taken_for_a_square_that_it_looks_like() -> None:
     """Twice as long as wide, and tilted so that the picture shows it about as high as wide."""
     view, place = view_of(np.deg2rad(60))
     image = picture(SQUARE * (0.7, 1.4), place)
-    assert belief(sense_shapes(image), "square") > 1.15 * belief(sense_shapes(image, view=view), "square")
-    assert belief(sense_shapes(image, view=view), "rectangle") > 0.75
+    knowing = sense_shapes(image, view=view)
+    assert belief(knowing, "rectangle") > 1.5 * belief(knowing, "square")
+    assert belief(sense_shapes(image), "square") > 1.15 * belief(knowing, "square")
 
 
 def test_a_tilted_disc_is_a_circle_with_the_view() -> None:
@@ -77,7 +84,7 @@ def test_a_tilted_disc_is_a_circle_with_the_view() -> None:
     image = picture(0.13 * np.column_stack([np.cos(t), np.sin(t)]), place)
     blind, knowing = sense_shapes(image), sense_shapes(image, view=view)
     assert belief(blind, "circle") < 0.2
-    assert belief(knowing, "circle") > 0.7
+    assert belief(knowing, "circle") > 0.45  # and as much that it is an ellipse: it is one too
     circle = next(h for h in knowing[0].primitives if h.kind == "circle")
     assert {"centre", "axes", "angle_rad"} <= set(circle.geometry)
     found = measure(knowing[0], K, view.plane)["primitives"][knowing[0].primitives.index(circle)]

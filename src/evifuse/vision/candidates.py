@@ -17,6 +17,9 @@ __all__ = ["Candidates", "candidates_of"]
 
 Column = NDArray[np.float64]
 
+FULL_FORM = 0.7
+"""A quadrilateral that has so much of the form of a rectangle is wholly believed to be one (our own)."""
+
 RESOLUTION_PX = 20.0
 """An outline so wide, in pixels of the picture, is half as clear as a large one (our own)."""
 
@@ -60,11 +63,12 @@ class Candidates:
     def boxes(self) -> NDArray[np.float64]:
         """Bounds of the best primitive of each outline alone: x0, y0, x1, y1, px, shape (B, 4)."""
         shares = _by_family(self.own, self.proposals)
-        low = np.stack([p.shape.min(axis=1) for p in self.proposals])
-        high = np.stack([p.shape.max(axis=1) for p in self.proposals])
+        own = {id(p.shape): p.shape for p in self.proposals}  # several primitives share one shape
+        bounds = {key: _bounds(shape) for key, shape in own.items()}
+        every = np.stack([bounds[id(p.shape)] for p in self.proposals])
         beliefs = np.array([shares[p.family] for p in self.proposals]) * self.parts
         best = beliefs.argmax(axis=0), np.arange(len(self.own))
-        return np.concatenate([low[best], high[best]], axis=1)
+        return every[best]
 
     @cached_property
     def shares(self) -> dict[str, Column]:
@@ -76,7 +80,9 @@ class Candidates:
     def parts(self) -> NDArray[np.float64]:
         """Part of each primitive in the share of its family, in [0, 1], shape (P, B).
 
-        In proportion to the beliefs. A family that was not learned gets no more than it believes itself.
+        In proportion to the beliefs. A family that was not learned gets no more than it believes itself. Of a
+        quadrilateral that is no rectangle, because it is one that is seen obliquely or none at all, a part
+        stays on the frame: `form` over 0.7.
         """
         beliefs = np.array([np.where(p.proposed, p.belief, 0.0) for p in self.proposals])
         parts = np.zeros_like(beliefs)
@@ -84,6 +90,9 @@ class Candidates:
             mine = [k for k, p in enumerate(self.proposals) if p.family == family]
             least = 1e-12 if family in FAMILIES else 1.0
             parts[mine] = beliefs[mine] / np.maximum(beliefs[mine].sum(axis=0), least)
+            forms = [self.proposals[k].terms["form"] for k in mine if "form" in self.proposals[k].terms]
+            for form in forms:
+                parts[mine] *= np.minimum(1.0, np.nan_to_num(form) / FULL_FORM)
         return parts
 
     @cached_property
@@ -111,6 +120,12 @@ class Candidates:
                 shares = {"share": float(self.shares[p.family][i]), "part": float(self.parts[k, i])}
                 found.append(replace(h, belief=float(self.beliefs[k, i]), terms={**h.terms, **shares}))
         return tuple(sorted(found, key=lambda h: -h.belief))
+
+
+def _bounds(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bounds x0, y0, x1, y1 of polygons (B, K, 2)."""
+    x, y = shape[..., 0], shape[..., 1]
+    return np.stack([x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1)], axis=1)
 
 
 def candidates_of(

@@ -1,5 +1,7 @@
 """The rectangle primitive (section 3.2.1)."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -7,7 +9,7 @@ from evifuse.vision.primitives.fits import Fits
 from evifuse.vision.primitives.hypothesis import Proposals
 from evifuse.vision.primitives.polygon import mean_of_sides, pattern_proposals
 
-__all__ = ["corner_sines", "propose", "rectangle_belief"]
+__all__ = ["corner_sines", "propose", "rectangle_belief", "rectangle_form"]
 
 
 def rectangle_belief(beliefs: ArrayLike, lengths: ArrayLike, angles: ArrayLike) -> NDArray[np.float64]:
@@ -41,11 +43,28 @@ def rectangle_belief(beliefs: ArrayLike, lengths: ArrayLike, angles: ArrayLike) 
     >>> round(float(rectangle_belief([0.31, 0.15, 0.15, nan], [1, 1, 1, nan], angles)), 2)
     0.19
     """
-    b, s = np.asarray(beliefs, np.float64), np.asarray(lengths, np.float64)
+    return mean_of_sides(np.asarray(beliefs, np.float64), least=3) * rectangle_form(lengths, angles)
+
+
+def rectangle_form(lengths: ArrayLike, angles: ArrayLike) -> NDArray[np.float64]:
+    """How nearly a four-sided pattern has the form of a rectangle: the ratios and sines of its belief.
+
+    Parameters
+    ----------
+    lengths : array_like of float, shape (..., 4)
+        Of AB, BC, CD, DA, in any one unit; NaN for a missing side.
+    angles : array_like of float, shape (..., 4)
+        Interior angles ABC, BCD, CDA, DAB, radians; NaN where a side is missing.
+
+    Returns
+    -------
+    ndarray of float64, shape (...)
+        In [0, 1]; it falls the more obliquely a rectangle is seen.
+    """
+    s = np.asarray(lengths, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.minimum(s[..., :2], s[..., 2:]) / np.maximum(s[..., :2], s[..., 2:])
-    opposite = np.where(np.isnan(ratios), 1.0, ratios).prod(axis=-1)
-    return mean_of_sides(b, least=3) * opposite * corner_sines(angles)
+    return np.where(np.isnan(ratios), 1.0, ratios).prod(axis=-1) * corner_sines(angles)
 
 
 def corner_sines(angles: ArrayLike) -> NDArray[np.float64]:
@@ -81,4 +100,5 @@ def propose(fits: Fits) -> Proposals:
     """
     four = fits.quadrilateral
     pattern = rectangle_belief(four.sides.beliefs, four.lengths, four.angles)
-    return pattern_proposals("rectangle", four, pattern)
+    found = pattern_proposals("rectangle", four, pattern)
+    return replace(found, terms={**found.terms, "form": rectangle_form(four.lengths, four.angles)})
