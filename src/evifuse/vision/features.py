@@ -65,7 +65,6 @@ def features_of(fits: Fits, accounts: Mapping[str, Column], scale: float) -> dic
         filled = np.nan_to_num(area(polygon) / np.maximum(outlines.inside, 1e-9), nan=4.0)
         found[f"{name} area"] = _log(np.clip(filled, 0.25, 4.0), 0.25)
     found |= _form(three.corners, four.corners, ellipse.axes)
-    found["ellipse tangency"] = ellipse.tangency
     for count in SECTIONS:
         mean = fits.sections[count].cost / (outlines.points.shape[1] * outlines.tolerance**2)
         found[f"{count} sections"] = 0.5 * np.log(np.minimum(mean, MOST_TOLERANCES**2) + LEAST_DEVIATION**2)
@@ -90,7 +89,6 @@ def _of_match(match: Agreement, tolerance: Column) -> dict[str, Column]:
         "unbroken": _log(match.unbroken, 0.1),
         "coverage": _log(match.coverage, 0.1),
         "explained": _log(match.explained, 0.1),
-        "fit": _log(match.fit, 0.02),
     }
 
 
