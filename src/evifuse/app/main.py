@@ -130,6 +130,10 @@ def shape(
         Parameter(help="Instead of --plane: depth in metres, or a depth picture (PNG, TIFF, NPY)."),
     ] = None,
     shape_knowledge: ShapeKnowledge = "shape",
+    primitives: Annotated[
+        str | None,
+        Parameter(help="Primitives of your own beside the built-in ones: my_module:NAME or my_file.py:NAME."),
+    ] = None,
     json: Json = False,
     draw: Draw = None,
 ) -> None:
@@ -142,7 +146,9 @@ def shape(
     """
     from evifuse.app.shapes import run_shape
 
-    run_shape(images, camera, every, frames, intrinsics, plane, depth, shape_knowledge, json, draw)
+    run_shape(
+        images, camera, every, frames, intrinsics, plane, depth, shape_knowledge, primitives, json, draw
+    )
 
 
 @app.command

@@ -13,7 +13,7 @@ from evifuse.app.videos import Picture
 from evifuse.errors import ImageError, UsageError
 from evifuse.recordings.depth import read_depth
 from evifuse.recordings.intrinsics import Intrinsics, read_intrinsics, undistorted
-from evifuse.vision import SeenObject
+from evifuse.vision import SeenObject, View
 from evifuse.vision.lifting import rays_of
 from evifuse.vision.metric import Plane, Surface, measure
 
@@ -74,6 +74,26 @@ class Scale:
         if isinstance(self.surface, Plane):
             self._check_in_view(self.surface, camera, picture.path, size)
         return replace(picture, image=undistorted(picture.image, camera, self.name), camera=camera)
+
+    def view(self, picture: Picture) -> View | None:
+        """What the shapes of a picture are judged by.
+
+        Parameters
+        ----------
+        picture : Picture
+            Rectified.
+
+        Returns
+        -------
+        View or None
+            None with a depth picture: there each object has a plane of its own.
+        """
+        if isinstance(self.surface, np.ndarray):
+            return None
+        camera = picture.camera or self.intrinsics or _intrinsics_of(picture)
+        facing = np.array([0.0, 0.0, 1.0])
+        plane = self.surface if isinstance(self.surface, Plane) else Plane(facing, self.surface)
+        return View(camera.matrix, plane)
 
     @staticmethod
     def _check_in_view(plane: Plane, camera: Intrinsics, path: str, size: tuple[int, int]) -> None:

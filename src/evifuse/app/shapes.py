@@ -58,6 +58,7 @@ def run_shape(
     plane: str | None,
     depth: str | None,
     knowledge: str,
+    primitives: str | None,
     as_json: bool,
     draw: Path | None,
 ) -> None:
@@ -81,6 +82,8 @@ def run_shape(
         Their depth in metres, or a depth picture.
     knowledge : str
         Name or path of the classes of shape features.
+    primitives : str or None
+        ``my_module:NAME``: primitives beside the built-in ones.
     as_json : bool
         Print JSON.
     draw : Path or None
@@ -103,6 +106,11 @@ def run_shape(
         if number < 1:
             raise UsageError(f"{name} {number}: it must be 1 or more")
     base = load_knowledge(knowledge)
+    own: dict[str, Any] = {}
+    if primitives is not None:
+        from evifuse.app.primitives import find_primitives
+
+        own["primitives"] = find_primitives(primitives, base)
     sources = find_sources(pictures) if camera is None else Sources((f"camera {camera}",), True)
     scale = find_scale(intrinsics, plane, depth)
     drawings = None
@@ -111,20 +119,25 @@ def run_shape(
 
         drawings = Drawings(draw, sources)
     if not sources.many:
-        _one(sources.paths[0], base, scale, as_json, drawings)
+        _one(sources.paths[0], base, scale, own, as_json, drawings)
         return
-    seen = _looked_at(sources, camera, every, frames, base, scale)
+    seen = _looked_at(sources, camera, every, frames, base, scale, own)
     _many(seen, sources, scale, as_json, drawings)
 
 
 def _one(
-    path: str, base: KnowledgeBase, scale: Scale | None, as_json: bool, drawings: "Drawings | None"
+    path: str,
+    base: KnowledgeBase,
+    scale: Scale | None,
+    own: dict[str, Any],
+    as_json: bool,
+    drawings: "Drawings | None",
 ) -> None:
     """One picture: an object of JSON, or tables with the reasons."""
     picture = next(pictures_of(path))
     if scale is not None:
         picture = scale.rectified(picture)
-    objects = sense_shapes(picture.image, base)
+    objects = sense_shapes(picture.image, base, **own, **_view(picture, scale))
     if picture.note:
         _notice(picture.note)
     if drawings is not None:
@@ -149,6 +162,7 @@ def _looked_at(
     frames: int | None,
     base: KnowledgeBase,
     scale: Scale | None,
+    own: dict[str, Any],
 ) -> "Iterator[Seen | Unusable]":
     """See picture after picture; what can't be used is said, and the rest is done."""
     for path in sources.paths:
@@ -156,11 +170,17 @@ def _looked_at(
         try:
             for taken in found:
                 picture = taken if scale is None else scale.rectified(taken)
-                yield picture, sense_shapes(picture.image, base)
+                yield picture, sense_shapes(picture.image, base, **own, **_view(picture, scale))
         except (EvifuseError, OSError, MemoryError) as error:
             if camera is not None and isinstance(error, UsageError):
                 raise
             yield Unusable(path, _why(path, error))
+
+
+def _view(picture: Picture, scale: Scale | None) -> dict[str, Any]:
+    """The camera and plane that shapes are judged by, if they are known."""
+    view = None if scale is None else scale.view(picture)
+    return {} if view is None else {"view": view}
 
 
 def _why(path: str, error: BaseException) -> str:
