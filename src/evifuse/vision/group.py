@@ -76,9 +76,10 @@ def _encloses(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 def _overlap(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Area that two boxes share, square px; for every pair."""
-    low, high = boxes[:, :2], boxes[:, 2:]
-    shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
-    return np.clip(shared, 0, None).prod(axis=2)
+    x0, y0, x1, y1 = boxes.T
+    wide = np.minimum.outer(x1, x1) - np.maximum.outer(x0, x0)
+    high = np.minimum.outer(y1, y1) - np.maximum.outer(y0, y0)
+    return np.maximum(wide, 0) * np.maximum(high, 0)
 
 
 def same_object(boxes: NDArray[np.float64], most: float = PART_AREA) -> NDArray[np.bool_]:
