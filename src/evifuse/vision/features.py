@@ -1,6 +1,7 @@
 """What tells outlines of one shape from those of another, in numbers that a linear model can weigh."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,12 +114,12 @@ def _turns(points: Column) -> dict[str, Column]:
     before = points - np.roll(points, WINDOW, axis=1)
     after = np.roll(points, -WINDOW, axis=1) - points
     turn = np.arctan2(cross(before, after), (before * after).sum(axis=-1))
-    crossed = np.stack([np.roll(gap, k, axis=1) for k in range(-WINDOW + 1, WINDOW + 1)]).any(axis=0)
+    crossed = np.logical_or.reduce(_shifted(gap, -WINDOW + 1, WINDOW))
     turn = np.where(crossed, 0.0, turn)
     turn *= np.where(turn.sum(axis=1) < 0, -1.0, 1.0)[:, None]
     seen = np.maximum((~crossed).sum(axis=1), 1)
     total = np.maximum(np.abs(turn).sum(axis=1), 1e-9)
-    around = np.stack([np.roll(turn, k, axis=1) for k in range(-WINDOW - 1, WINDOW + 2)]).max(axis=0)
+    around = np.maximum.reduce(_shifted(turn, -WINDOW - 1, WINDOW + 1))
     peaks = np.sort(np.where(turn >= around, turn, 0.0), axis=1)[:, ::-1]
     return {
         "straight": ((np.abs(turn) < STRAIGHT_RAD) & ~crossed).sum(axis=1) / seen,
@@ -130,14 +131,26 @@ def _turns(points: Column) -> dict[str, Column]:
     }
 
 
+def _shifted(values: NDArray[Any], first: int, last: int) -> list[NDArray[Any]]:
+    """Values (B, N) around closed outlines, by all steps from the first to the last, as `numpy.roll`."""
+    count, most = values.shape[1], max(-first, last)
+    around = np.concatenate([values[:, count - most :], values, values[:, :most]], axis=1)
+    return [around[:, most - k : most - k + count] for k in range(first, last + 1)]
+
+
 def _waves(outlines: Outlines, ellipses: Column) -> dict[str, Column]:
     """Amplitude of waves of several periods that an outline makes about its ellipse."""
     c, s = np.cos(ellipses[:, 4, None]), np.sin(ellipses[:, 4, None])
     offset = outlines.points - ellipses[:, None, :2]
     x = (c * offset[..., 0] + s * offset[..., 1]) / (ellipses[:, None, 2] / 2)
     y = (c * offset[..., 1] - s * offset[..., 0]) / (ellipses[:, None, 3] / 2)
-    away = np.clip(np.nan_to_num(np.hypot(x, y) - 1), -1, 1)
-    turn = np.nan_to_num(np.arctan2(y, x))
-    return {
-        f"{k} waves": np.log(np.abs((away * np.exp(1j * k * turn)).mean(axis=1)) + 0.01) for k in HARMONICS
-    }
+    gauge = np.hypot(x, y)
+    away = np.clip(np.nan_to_num(gauge - 1), -1, 1)
+    turn = np.nan_to_num((x + 1j * y) / np.maximum(gauge, 1e-12))  # on the unit circle
+    found: dict[str, Column] = {}
+    wave = away.astype(np.complex128)
+    for k in range(1, max(HARMONICS) + 1):
+        wave = wave * turn
+        if k in HARMONICS:
+            found[f"{k} waves"] = np.log(np.abs(wave.mean(axis=1)) + 0.01)
+    return found
