@@ -34,6 +34,9 @@ CORNER_PX = 5.0
 CORNER_SHARE = 0.15
 """The same as a share of the side; the larger of both holds (our own)."""
 
+MOST_MOVED_PX = 10.0
+"""A corner moves by at most so much, and 15 % of its longer side: sides may nearly be parallel (our own)."""
+
 HIDDEN = 0.1
 """A corner beside a hidden side is uncertain along the seen side by this share of it (our own)."""
 
@@ -145,7 +148,12 @@ def _polygon(
     before = np.roll(np.arange(count), 1)
     other = lines.part(before)
     place = intersection(other.centres, other.directions, lines.centres, lines.directions)
-    met = seen & seen[before] & np.isfinite(place).all(axis=1)
+    moved = np.hypot(*(np.nan_to_num(place, nan=np.inf) - corners).T)
+    met = (
+        seen
+        & seen[before]
+        & (moved <= MOST_MOVED_PX * unit + CORNER_SHARE * np.maximum(lengths, lengths[before]))
+    )
     own = lines.part(np.where(seen, np.arange(count), before))
     place = np.where(met[:, None], place, own.foot(corners))
     along = (HIDDEN * lengths) ** 2 + (END_PX * unit) ** 2

@@ -116,7 +116,8 @@ def measure(seen: SeenObject, matrix: ArrayLike, surface: Surface) -> dict[str, 
         `fitted_edges`: `start_m`, `end_m` and `length_m`; `plane`: `normal`, `distance_m`, and from a depth
         picture `error_m`. With the uncertainty that the pixels have, where it is known:
         `corners_covariance_m2`, `centre_covariance_m2`, `start_covariance_m2`, `end_covariance_m2` (each
-        3 x 3) and `length_std_m`. Plain lists and numbers.
+        3 x 3) and `length_std_m`. Plain lists and numbers. Of the primitives after the first, one that
+        reaches beyond the plane's horizon has no metres.
 
     Raises
     ------
@@ -135,7 +136,7 @@ def measure(seen: SeenObject, matrix: ArrayLike, surface: Surface) -> dict[str, 
         plane, error = plane_in_depth(outline, matrix, surface)
     where = {"normal": plane.normal.tolist(), "distance_m": plane.distance_m}
     return {
-        "primitives": [_measured(h, matrix, plane) for h in seen.primitives],
+        "primitives": [_measured(h, matrix, plane, i == 0) for i, h in enumerate(seen.primitives)],
         "fitted_edges": [_edge_measured(e, matrix, plane) for e in seen.fitted_edges],
         "plane": where if error is None else {**where, "error_m": error},
     }
@@ -160,7 +161,17 @@ def _edge_measured(edge: FittedEdge, matrix: ArrayLike, plane: Plane) -> dict[st
     }
 
 
-def _measured(found: Hypothesis, matrix: ArrayLike, plane: Plane) -> dict[str, Any]:
+def _measured(found: Hypothesis, matrix: ArrayLike, plane: Plane, must: bool) -> dict[str, Any]:
+    """A primitive in metres; nothing for one that reaches beyond the plane, unless it must not."""
+    try:
+        return _primitive(found, matrix, plane)
+    except ImageError:
+        if must:
+            raise
+        return {}
+
+
+def _primitive(found: Hypothesis, matrix: ArrayLike, plane: Plane) -> dict[str, Any]:
     geometry = found.geometry
     if "corners" in geometry:
         corners = on_plane(geometry["corners"], matrix, plane)

@@ -27,6 +27,10 @@ MOST_STRETCH = 8.0
 seen: so near the horizon, little is known of its shape (our own)."""
 
 
+LEAST_AHEAD = 0.02
+"""A primitive with a point that is further away than the outline by the inverse of this is none (our own)."""
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """A camera that looks at a plane.
@@ -177,11 +181,13 @@ def _link(link: LinkList, homography: NDArray[np.float64]) -> LinkList:
 def _back(found: Proposals, inverse: NDArray[np.float64]) -> Proposals:
     """One primitive's proposals in the working picture."""
     edges = found.edges
+    ahead = (found.shape @ inverse[:, 2, :2, None])[..., 0] + inverse[:, None, 2, 2]
     if edges is not None:
         starts, ends = (_seen(inverse[:, None], p) for p in (edges.starts, edges.ends))
         edges = FittedEdges(starts, ends, edges.beliefs)
     return replace(
         found,
+        proposed=found.proposed & (np.nan_to_num(ahead).min(axis=1) > LEAST_AHEAD),
         shape=_seen(inverse[:, None], found.shape),
         geometry=_geometry(found.geometry, inverse),
         edges=edges,
