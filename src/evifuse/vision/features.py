@@ -67,7 +67,7 @@ def features_of(fits: Fits, accounts: Mapping[str, Column], scale: float) -> dic
         found[f"{name} area"] = _log(np.clip(filled, 0.25, 4.0), 0.25)
     found |= _form(three.corners, four.corners, ellipse.axes)
     for count in SECTIONS:
-        mean = fits.sections[count].cost / (outlines.points.shape[1] * outlines.tolerance**2)
+        mean = fits.sections.cost[:, count - 1] / (outlines.points.shape[1] * outlines.tolerance**2)
         found[f"{count} sections"] = 0.5 * np.log(np.minimum(mean, MOST_TOLERANCES**2) + LEAST_DEVIATION**2)
     found |= _turns(outlines.points)
     step = np.median(np.linalg.norm(np.diff(outlines.points, axis=1), axis=-1), axis=1)

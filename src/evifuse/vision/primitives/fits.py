@@ -8,12 +8,12 @@ from evifuse.vision.primitives.agreement import MOST_TOLERANCES
 from evifuse.vision.primitives.ellipses import FittedEllipses, fit_ellipses
 from evifuse.vision.primitives.outline import Outlines
 from evifuse.vision.primitives.polygon import FittedPolygons, fit_polygons
-from evifuse.vision.sections import Sections, straight_sections
+from evifuse.vision.sections import Divisions, straight_sections
 
 __all__ = ["MOST_SECTIONS", "Fits"]
 
-MOST_SECTIONS = 8
-"""An arc must follow the outline more closely than so many straight sections do (our own)."""
+MOST_SECTIONS = 6
+"""Every outline is divided into up to so many straight sections; into more when they are asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +64,14 @@ class Fits:
         FittedPolygons
             Fitted anew at every call.
         """
-        return fit_polygons(self.outlines, (closed_by_itself(self.sections[corners], self.outlines.around),))
+        divisions = self.sections if corners <= MOST_SECTIONS else self._divided(corners)
+        return fit_polygons(self.outlines, (closed_by_itself(divisions[corners], self.outlines.around),))
 
     @cached_property
-    def sections(self) -> dict[int, Sections]:
-        """One to eight straight sections of each outline."""
+    def sections(self) -> Divisions:
+        """One to six straight sections of each outline."""
+        return self._divided(MOST_SECTIONS)
+
+    def _divided(self, most: int) -> Divisions:
         price = (MOST_TOLERANCES * self.outlines.tolerance) ** 2
-        return straight_sections(self.outlines.points, price, MOST_SECTIONS)
+        return straight_sections(self.outlines.points, price, most)
