@@ -1,6 +1,8 @@
 """Pictures from files and arrays: what works, and one clear line for what does not."""
 
+import os
 import struct
+import threading
 import zlib
 from pathlib import Path
 
@@ -218,6 +220,18 @@ def test_gigantic_files_are_refused_before_they_are_read(
     monkeypatch.setattr(images, "MAX_BYTES", 1000)
     with pytest.raises(ImageError, match="more than 1,000 bytes"):
         read_image(write(tmp_path / "a.bmp", COLOUR))
+
+
+def test_a_picture_from_a_pipe_is_read_to_its_end(tmp_path: Path) -> None:
+    whole = write(tmp_path / "a.bmp", np.tile(COLOUR, (40, 60, 1))).read_bytes()
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(whole,))
+    writer.start()
+    content = images.bytes_of(pipe)
+    writer.join()
+    assert len(whole) > 3 << 20
+    assert content == whole
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg", "a.gif", "a.bmp", "a.tiff", "a.webp", "a.ppm"])

@@ -201,8 +201,9 @@ def _many(
     start, pictures, objects = time.monotonic(), 0, 0
     broken: list[str] = []
     width = min(max(len(p) for p in sources.paths), 60)
-    if not as_json:
-        print(f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first", flush=True)
+    header = (
+        "" if as_json else f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first\n"
+    )
     with _bar() as bar:
         task = bar.add_task("", total=len(sources.paths) if len(sources.paths) > 1 else None)
         done: set[str] = set()
@@ -219,7 +220,8 @@ def _many(
                         _notice(picture.note)
                     if drawings is not None:
                         drawings.draw(picture, seen)
-                    print(_line(picture, seen, scale, as_json, width), flush=True)
+                    print(header + _line(picture, seen, scale, as_json, width), flush=True)
+                    header = ""
                     pictures, objects = pictures + 1, objects + len(seen)
                 frame = "" if isinstance(one, Unusable) or one[0].frame is None else f" {one[0].frame}"
                 bar.update(task, completed=len(done), description=path + frame)

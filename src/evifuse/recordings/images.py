@@ -1,7 +1,9 @@
 """Pictures from files and arrays, as one kind of value: contiguous 8-bit grey or BGR."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -125,7 +127,7 @@ def bytes_of(file: Path) -> bytes:
         raise ImageError(f"image {file} is a directory: name one file in it")
     try:
         with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+            data = _read(stream)
     except FileNotFoundError:
         raise ImageError(f"image {file} does not exist: check the path") from None
     except OSError as error:
@@ -135,6 +137,17 @@ def bytes_of(file: Path) -> bytes:
     if len(data) > MAX_BYTES:
         raise ImageError(f"image {file} has more than {MAX_BYTES:,} bytes: scale it down or compress it")
     return data
+
+
+def _read(stream: BinaryIO) -> bytes:
+    """What a file holds, at most a byte more than is allowed; memory is taken for what is there."""
+    expected = os.fstat(stream.fileno()).st_size  # 0 for a pipe
+    parts = [stream.read(min(expected, MAX_BYTES) + 1)]
+    total = len(parts[0])
+    while parts[-1] and total <= MAX_BYTES:
+        parts.append(stream.read(_BLOCK))
+        total += len(parts[-1])
+    return b"".join(parts) if any(parts[1:]) else parts[0]
 
 
 def decoded(data: bytes) -> NDArray[np.generic] | None:
