@@ -17,7 +17,11 @@ NOISE_GRADIENT = 4.0
 
 
 class Detector(Protocol):
-    """Anything that finds chains of edge points in a grey picture."""
+    """Anything that finds chains of edge points in a grey picture.
+
+    A function is enough; `examples/07_detector.py` makes one of OpenCV's line segments. It is asked once for
+    each layer of a picture: its lightness and, in colour, its redness.
+    """
 
     def __call__(self, grey: NDArray[np.uint8]) -> tuple[Chain, ...]:
         """Find edges.
@@ -25,12 +29,15 @@ class Detector(Protocol):
         Parameters
         ----------
         grey : ndarray of uint8, shape (H, W)
-            Picture, C-contiguous.
+            Picture, C-contiguous; it may be enlarged or reduced, and has a margin. It must not be changed.
 
         Returns
         -------
         tuple of Chain
-            Points of each edge, in order.
+            Each an ndarray of float64, C-contiguous, shape (N, 2): the points (x, y) of one edge in order
+            along it, neighbours about one pixel apart, pixel centres at whole numbers, inside the picture.
+            The direction, and whether an outline is one chain or several, do not matter; what is further
+            apart than two pixels counts as a gap. Chains of fewer than 24 points are left out.
         """
         ...
 
