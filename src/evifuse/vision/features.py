@@ -76,11 +76,11 @@ def features_of(fits: Fits, accounts: Mapping[str, Column], scale: float) -> dic
     found |= _waves(outlines, np.column_stack([ellipse.centre, ellipse.axes, ellipse.angle_rad]))
     found["width"] = np.log(outlines.width / scale)
     found["compact"] = _log(4 * np.pi * outlines.inside / outlines.around**2, 0.02)
-    return {name: np.nan_to_num(v) for name, v in found.items()}
+    return dict(zip(found, np.nan_to_num(np.stack(list(found.values()))), strict=True))
 
 
 def _log(values: Column, least: float) -> Column:
-    return np.log(np.maximum(np.nan_to_num(values, nan=least), least))
+    return np.log(np.fmax(values, least))  # the least where there is no number
 
 
 def _of_match(match: Agreement, tolerance: Column) -> dict[str, Column]:
