@@ -82,6 +82,26 @@ def examples(data: Path, every: int = 1) -> Iterator[Example]:
         yield _changed(base, rng, 0.0, rng.uniform(10, 45), "noise")
 
 
+def textures(count: int) -> Iterator[Image]:
+    """Pictures that show nothing: smooth noise of one or all wavelengths, grains of salt and pepper."""
+    rng = np.random.default_rng(SEED + 3)
+    for _ in range(count):
+        height, width = rng.integers(100, 400, 2).tolist()
+        blur = float(np.exp(rng.uniform(np.log(1.5), np.log(12))))
+        if rng.random() < 0.2:
+            grains = rng.random((height, width))
+            share = rng.uniform(0.01, 0.08)
+            smooth = np.where(grains < share, -3.0, np.where(grains > 1 - share, 3.0, 0.0))
+        elif rng.random() < 0.6:
+            smooth = cv2.GaussianBlur(rng.normal(0, 1, (height, width)), (0, 0), blur)
+        else:
+            smooth = np.zeros((height, width))
+            for step in (4, 8, 16, 32):
+                coarse = rng.normal(0, step, (height // step + 1, width // step + 1))
+                smooth += cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+        yield np.clip(128 + rng.uniform(15, 60) * smooth / smooth.std(), 0, 255).astype(np.uint8)
+
+
 def _spoilt(base: Example, rng: np.random.Generator, most_noise: float, rounds: int) -> Iterator[Example]:
     yield base
     for _ in range(rounds):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from evifuse.vision.features import features_of
 from evifuse.vision.group import same_object
 from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Primitive, Proposals
-from evifuse.vision.rivalry import FAMILIES, STRANGER, load_rivalry, pooled
+from evifuse.vision.rivalry import FAMILIES, KNOWN, STRANGER, load_rivalry, pooled
 from evifuse.vision.strokes import Strokes, accounted_for
 
 __all__ = ["Candidates", "candidates_of"]
@@ -36,8 +36,8 @@ class Candidates:
         One per primitive.
     features : mapping of str to ndarray of float64, shape (B,)
         What the outlines were judged by, see `features_of`.
-    own : ndarray of float64, shape (B, 4)
-        Share of each family of shapes, the stranger last, by each outline alone.
+    own : ndarray of float64, shape (B, 5)
+        Share of each of the `FAMILIES` by each outline alone.
     prominence : ndarray of float64, shape (B,)
         How much each outline stands out among those of its object: logarithm of the odds.
     clearness : ndarray of float64, shape (B,)
@@ -88,7 +88,7 @@ class Candidates:
         parts = np.zeros_like(beliefs)
         for family in {p.family for p in self.proposals}:
             mine = [k for k, p in enumerate(self.proposals) if p.family == family]
-            least = 1e-12 if family in FAMILIES else 1.0
+            least = 1e-12 if family in KNOWN else 1.0
             parts[mine] = beliefs[mine] / np.maximum(beliefs[mine].sum(axis=0), least)
             forms = [self.proposals[k].terms["form"] for k in mine if "form" in self.proposals[k].terms]
             for form in forms:
@@ -133,10 +133,10 @@ def candidates_of(
 ) -> Candidates:
     """Everything that outlines might show.
 
-    The families of shapes and the stranger, who is none of them, share one belief in proportion to their
-    learned odds, averaged over the outlines of the object (`Rivalry`, our own). The beliefs of section 3.2
-    say how the share of a family is divided among its members: a square is a rectangle too. What falls to the
-    stranger is believed of no primitive and stays on the frame.
+    The families of shapes, the stranger, who is none of them, and texture share one belief in proportion to
+    their learned odds, averaged over the outlines of the object (`Rivalry`, our own). The beliefs of section
+    3.2 say how the share of a family is divided among its members: a square is a rectangle too. What falls to
+    the stranger or to texture is believed of no primitive and stays on the frame.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def accounts_of(fits: Fits, strokes: Strokes) -> dict[str, Column]:
     """
     shapes = (fits.triangle.corners, fits.quadrilateral.corners, fits.ellipse.shape)
     tolerance = fits.outlines.tolerance
-    return {f: accounted_for(strokes, s, tolerance) for f, s in zip(FAMILIES[:3], shapes, strict=True)}
+    return {f: accounted_for(strokes, s, tolerance) for f, s in zip(KNOWN, shapes, strict=True)}
 
 
 def _by_family(shares: NDArray[np.float64], proposals: tuple[Proposals, ...]) -> dict[str, Column]:
@@ -197,8 +197,8 @@ def _by_family(shares: NDArray[np.float64], proposals: tuple[Proposals, ...]) ->
     for p in proposals:
         mine = np.where(p.proposed, np.nan_to_num(p.odds, nan=-1e3), -1e3)
         odds[p.family] = np.maximum(odds.get(p.family, mine), mine)
-    best = np.max([odds[f] for f in FAMILIES[:3] if f in odds] or [np.zeros(len(shares))], axis=0)
-    new = {f: np.exp(np.clip(o - best, -50, 50)) for f, o in odds.items() if f not in found}
+    best = np.max([odds[f] for f in KNOWN if f in odds] or [np.zeros(len(shares))], axis=0)
+    new = {f: np.exp(np.clip(o - best, -50, 50)) for f, o in odds.items() if f not in KNOWN}
     total = 1 + np.sum(list(new.values()), axis=0)
-    stranger = found.pop(STRANGER)
-    return found | {f: stranger * weight / total for f, weight in new.items()}
+    known = {f: found[f] for f in KNOWN}
+    return known | {f: found[STRANGER] * weight / total for f, weight in new.items()}

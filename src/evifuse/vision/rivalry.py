@@ -9,13 +9,16 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-__all__ = ["FAMILIES", "STRANGER", "Rivalry", "load_rivalry", "pooled"]
+__all__ = ["FAMILIES", "FARTHEST", "KNOWN", "STRANGER", "Rivalry", "load_rivalry", "pooled"]
+
+KNOWN = ("triangle", "quadrilateral", "ellipse")
+"""Families of shapes that primitives belong to."""
 
 STRANGER = "stranger"
-"""What is none of the families of shapes."""
+"""A shape of another family: an octagon, a heart."""
 
-FAMILIES = ("triangle", "quadrilateral", "ellipse", STRANGER)
-"""Families of shapes that stand against each other."""
+FAMILIES = (*KNOWN, STRANGER, "texture")
+"""What stands against each other; a texture has outlines, but no shape."""
 
 FARTHEST = 3.0
 """A feature counts as no more than so many spreads from its mean (our own)."""
@@ -37,9 +40,9 @@ class Rivalry:
         Of each feature, in its own unit.
     standing : ndarray of float64, shape (F,)
         What a spread of each feature adds to the standing of an outline among others.
-    families : ndarray of float64, shape (F, 4)
+    families : ndarray of float64, shape (F, 5)
         What it adds to the logarithm of the odds of each family, in the order of `FAMILIES`.
-    constants : ndarray of float64, shape (4,)
+    constants : ndarray of float64, shape (5,)
         Logarithm of the odds of each family before anything is seen.
     """
 
@@ -62,8 +65,8 @@ class Rivalry:
 
         Returns
         -------
-        shares : ndarray of float64, shape (B, 4)
-            Probability of each family, the stranger last; they sum to 1.
+        shares : ndarray of float64, shape (B, 5)
+            Probability of each family; they sum to 1.
         standing : ndarray of float64, shape (B,)
             Logarithm of the odds of each outline among those of the same object, up to a constant.
         """
