@@ -6,7 +6,6 @@ import pytest
 
 from evifuse.vision import SeenObject, sense_shapes
 
-
 TILE = np.array([[30, 60], [140, 45], [152, 130], [42, 146]])
 WEDGE = np.array([[300, 60], [380, 80], [330, 180]])
 
