@@ -10,7 +10,8 @@
 
 Drawings are split by the person who drew them and signs by the photograph, by a fixed seed: thresholds are
 tuned on `dev`, figures are reported on `test`. What is trained here on the way is trained on `dev`; where
-`dev` is judged, on the other half of its people and photographs.
+`dev` is judged, on the other half of its people and photographs. The sensor's own weights are learned from
+all of `dev` (`train_shapes.py`), so its figures on `dev` flatter it.
 
 Usage: python benchmarks/vision.py --data DIR [--split test] [--json FILE] [--draw DIR] [--quick N]
 DIR holds `drawings/` and `signs/`. With --quick N every N-th item is taken, and others only with --rivals.

@@ -2,6 +2,9 @@
 
 Both get the very same clean pictures. 5 and 50 of each class are drawn ten times; the difference is paired by
 draw. A class with fewer examples than asked for gives all it has.
+
+The sensor has weights of its own, which `train_shapes.py` learned from all of `dev`, its drawings among them:
+prototypes of 5 drawings rest on those too. What the sensor knows without them is not measured here.
 """
 
 from collections.abc import Sequence
