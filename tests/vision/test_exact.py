@@ -157,6 +157,15 @@ def test_edges_of_an_arc_have_a_rough_uncertainty() -> None:
         assert 0.01 < np.linalg.eigvalsh(edge.start_covariance_px2)[0] < 4
 
 
+def test_a_picture_that_is_overwritten_later_changes_nothing() -> None:
+    """A camera may fill the same array again before places are asked for."""
+    image = noisy(polygon(turned(RECTANGLE, 0.4, np.zeros(2))), 3, 0)
+    first, second = sense_shapes(image)[0], sense_shapes(image)[0]
+    before = first.to_json()
+    image[:] = 0
+    assert second.to_json() == before
+
+
 def test_red_on_green_of_the_same_brightness_has_an_edge() -> None:
     image = np.full((60, 80, 3), (40, 130, 60), np.uint8)
     image[:, 40:] = (40, 68, 182)  # the same grey

@@ -142,7 +142,8 @@ def sense_shapes(
     evidence = shape_evidences(candidates.beliefs[:, chosen].T, frame)
     together = _classified(evidence, kb)
     bounds = working.point(boxes[chosen].reshape(-1, 2, 2)).reshape(-1, 4)
-    trace = _Trace(picture, working, candidates, tuple(chosen))
+    kept = picture.copy() if np.may_share_memory(picture, np.asarray(image)) else picture
+    trace = _Trace(kept, working, candidates, tuple(chosen))
     return tuple(
         SeenObject(
             box=box,
