@@ -20,11 +20,17 @@ MAX_PIXELS = 4_000_000
 ENLARGED_NOISE_GRADIENT = 10.0
 """As `NOISE_GRADIENT`, times the scale, for a picture that is enlarged and smoothed (our own, measured)."""
 
+LEAST_GRADIENT = 16.0
+"""Gradient of an edge in a picture without noise, over the root of the scale if it is enlarged (our own)."""
+
 NOISY = 10.0
 """A picture with noise of a higher standard deviation is smoothed first, grey levels (our own)."""
 
 SMOOTHED_NOISE = 0.1
 """What smoothing leaves of the gradient that noise causes (our own, tuned)."""
+
+LIGHTNESS_POWER = 0.5
+"""In lightness enlarged it leaves less, by the scale to this power; colours are noisier (our own, tuned)."""
 
 STRONG = 33.0
 """Of noise with a higher standard deviation more is left, in proportion, grey levels (our own)."""
@@ -79,7 +85,10 @@ class WorkingPicture:
         """
         found: list[Chain] = []
         for layer in self.layers:
-            ask = detector or EdgeDrawing(noise_gradient=layer.noise_gradient)
+            ask = detector or EdgeDrawing(
+                lowest_threshold=LEAST_GRADIENT / max(1.0, self.scale) ** 0.5,
+                noise_gradient=layer.noise_gradient,
+            )
             found += ask(layer.grey)
         return tuple(found)
 
@@ -163,6 +172,7 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
         noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
         if deviation > NOISY:
             noise *= SMOOTHED_NOISE * max(1.0, deviation / STRONG)
+            noise /= 1.0 if layers else max(1.0, scale) ** LIGHTNESS_POWER
         if scale != 1:
             how = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
             smooth = cv2.resize(smooth, (round(width * scale), round(height * scale)), interpolation=how)
