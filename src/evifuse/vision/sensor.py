@@ -142,8 +142,8 @@ def sense_shapes(
     evidence = shape_evidences(candidates.beliefs[:, chosen].T, frame)
     together = _classified(evidence, kb)
     bounds = working.point(boxes[chosen].reshape(-1, 2, 2)).reshape(-1, 4)
-    kept = picture.copy() if np.may_share_memory(picture, np.asarray(image)) else picture
-    trace = _Trace(kept, working, candidates, tuple(chosen))
+    shared = isinstance(image, np.ndarray) and np.may_share_memory(picture, image)
+    trace = _Trace(picture.copy() if shared else picture, working, candidates, tuple(chosen))
     return tuple(
         SeenObject(
             box=box,
