@@ -39,3 +39,20 @@ def connected(low, high, near, group):
                         last += 1
         found += 1
     return found
+
+
+@njit
+def mostly_inside(boxes, shared, most, together):
+    """Whether of two boxes one has a share in the other and is not so many times smaller [B, B]."""
+    count = len(boxes)
+    for i in range(count):
+        x0, y0, x1, y1 = boxes[i]
+        own = (x1 - x0) * (y1 - y0)
+        for j in range(count):
+            size = (boxes[j, 2] - boxes[j, 0]) * (boxes[j, 3] - boxes[j, 1])
+            smaller, larger = min(own, size), max(own, size)
+            wide = min(x1, boxes[j, 2]) - max(x0, boxes[j, 0])
+            high = min(y1, boxes[j, 3]) - max(y0, boxes[j, 1])
+            overlap = max(wide, 0.0) * max(high, 0.0)
+            known = own + size == own + size
+            together[i, j] = known and overlap > shared * smaller and larger < most * smaller

@@ -97,7 +97,8 @@ def same_object(boxes: NDArray[np.float64], most: float = PART_AREA) -> NDArray[
     ndarray of bool, shape (B, B)
         Symmetric.
     """
-    overlap = _overlap(boxes)
-    size = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
-    smaller, larger = np.minimum(size[:, None], size), np.maximum(size[:, None], size)
-    return (overlap > SHARED * smaller) & (larger < most * smaller)
+    from evifuse.vision import _kernels_boxes
+
+    together = np.empty((len(boxes), len(boxes)), np.bool_)
+    _kernels_boxes.mostly_inside(boxes, SHARED, most, together)
+    return together
