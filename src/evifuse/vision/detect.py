@@ -1,6 +1,7 @@
 """Edges of a picture as chains of points: the one place that speaks to an edge detector."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -92,8 +93,12 @@ class EdgeDrawing:
         settings.NFAValidation = True
         detector.setParams(settings)
         detector.detectEdges(np.ascontiguousarray(grey))
-        found = (np.asarray(s).reshape(-1, 2) for s in detector.getSegments())
-        return tuple(c.astype(np.float64) for c in found if len(c) >= self.shortest_px)
+        found = [s for s in detector.getSegments() if len(s) >= self.shortest_px]
+        if not found:
+            return ()
+        points = np.concatenate(found).reshape(-1, 2).astype(np.float64)
+        until = np.cumsum([len(s) for s in found]).tolist()
+        return tuple(points[a:b] for a, b in pairwise([0, *until]))
 
 
 def noise_level(grey: NDArray[np.uint8]) -> float:
