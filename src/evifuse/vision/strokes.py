@@ -38,6 +38,8 @@ def strokes_of(chains: Sequence[Chain], outlines: Outlines) -> Strokes:
         NaN where there are so many edges that they may belong to anything.
     """
     groups = neighbours(chains)
+    if not groups:
+        return np.full((len(outlines.links), SAMPLES, 2), np.nan)
     found = np.full((len(groups) + 1, SAMPLES, 2), np.nan)
     of_chain = np.full(len(chains), len(groups))
     for k, group in enumerate(groups):
