@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["REACH_PX", "crossings"]
+__all__ = ["REACH_PX", "crossings", "known_median"]
 
 LARGEST_SIDE_PX = 32_000
 """OpenCV samples pictures of up to so many pixels on a side; in larger ones nothing is found."""
@@ -70,9 +70,9 @@ def crossings(
     gradient = _gradients(picture, places, normals, unit_px)
     steps = np.arange(-REACH_STEPS, REACH_STEPS + 1)
     near = np.exp(-0.5 * (steps / NEAR_STEPS) ** 2)
-    by_group = (gradient * np.sqrt(near)[:, None]).reshape(len(places), -1, gradient.shape[-1])
-    colour = np.linalg.eigh(np.swapaxes(by_group, 1, 2) @ by_group)[1][..., -1]
-    change = (gradient @ colour[:, None, :, None])[..., 0]
+    by_group = (gradient * np.sqrt(near)).transpose(1, 0, 2, 3).reshape(len(places), len(gradient), -1)
+    colour = np.linalg.eigh(by_group @ np.swapaxes(by_group, 1, 2))[1][..., -1]
+    change = np.sum([g * c[:, None, None] for g, c in zip(gradient, colour.T, strict=True)], axis=0)
     change *= np.where((change.sum(axis=1) @ near) < 0, -1.0, 1.0)[:, None, None]
     before, at, after = change[..., :-2], change[..., 1:-1], change[..., 2:]
     peak = (at >= before) & (at > after) & (at > LEAST_CONTRAST)
@@ -80,10 +80,7 @@ def crossings(
     there = np.take_along_axis(peak, best, axis=-1)[..., 0]
     before, at, after = (np.take_along_axis(v, best, axis=-1)[..., 0] for v in (before, at, after))
     strength = np.where(there, at, np.nan)
-    known = there.any(axis=1)
-    middle = np.full(len(places), np.inf)
-    middle[known] = np.nanmedian(strength[known], axis=1)
-    there &= at >= LEAST_STRENGTH * middle[:, None]
+    there &= at >= LEAST_STRENGTH * known_median(strength)[:, None]
     offset = (best[..., 0] - REACH_STEPS + 1 + _top(before, at, after)) * (STEP_PX * unit_px)
     return np.where(there, offset, np.nan)
 
@@ -91,32 +88,51 @@ def crossings(
 def _gradients(
     picture: NDArray[np.uint8], places: NDArray[np.float64], normals: NDArray[np.float64], unit_px: float
 ) -> NDArray[np.float64]:
-    """Smoothed change of each colour along the normals, shape (G, M, 11, C)."""
+    """Smoothed change of each colour along the normals, shape (C, G, M, 11)."""
     import cv2
 
     half = REACH_STEPS + KERNEL_STEPS
-    along = np.arange(-half, half + 1) * (STEP_PX * unit_px)
-    at = (places[..., None, :] + normals[..., None, :] * along[:, None]).reshape(-1, 2)
-    rows = -(-len(at) // PER_ROW)
-    x, y = np.zeros((2, rows * PER_ROW), np.float32)
-    x[: len(at)], y[: len(at)] = at.T
-    x, y = x.reshape(rows, PER_ROW), y.reshape(rows, PER_ROW)
+    along = (np.arange(-half, half + 1) * (STEP_PX * unit_px)).astype(np.float32)
+    start, step = (v.reshape(-1, 2).T.astype(np.float32) for v in (places, normals))
+    count = start.shape[1]
+    rows = -(-count * len(along) // PER_ROW)
+    at = np.zeros((2, rows * PER_ROW), np.float32)
+    at[:, : count * len(along)] = (start[..., None] + step[..., None] * along).reshape(2, -1)
+    x, y = at.reshape(2, rows, PER_ROW)
     parts = [
         cv2.remap(picture, x[i:j], y[i:j], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         for i, j in ((i, i + MOST_ROWS) for i in range(0, rows, MOST_ROWS))
     ]
     channels = 1 if picture.ndim == 2 else picture.shape[2]
-    count = places.shape[0] * places.shape[1]
     profiles = np.concatenate(parts).reshape(-1, channels)[: count * len(along)]
-    profiles = profiles.reshape(count, len(along), channels).astype(np.float32)
+    profiles = np.ascontiguousarray(profiles.T, np.float32).reshape(channels * count, len(along))
     kernel = np.arange(-KERNEL_STEPS, KERNEL_STEPS + 1) * (STEP_PX / SMOOTHING_PX)
     kernel *= np.exp(-0.5 * kernel**2)
     kernel /= kernel[kernel > 0].sum()
     slide = np.zeros((len(along), 2 * REACH_STEPS + 1), np.float32)
     for q in range(2 * REACH_STEPS + 1):
         slide[q : q + len(kernel), q] = kernel
-    found = np.matmul(np.swapaxes(profiles, 1, 2), slide)
-    return np.swapaxes(found, 1, 2).reshape(*places.shape[:2], -1, channels).astype(np.float64)
+    return (profiles @ slide).reshape(channels, *places.shape[:2], -1).astype(np.float64)
+
+
+def known_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Median along the last dimension of what is not NaN.
+
+    Parameters
+    ----------
+    values : ndarray of float64, shape (G, M)
+        Numbers; NaN for what is not known.
+
+    Returns
+    -------
+    ndarray of float64, shape (G,)
+        Infinite where nothing is known.
+    """
+    ordered = np.sort(np.where(np.isnan(values), np.inf, values), axis=-1)
+    count = np.count_nonzero(np.isfinite(ordered), axis=-1)
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, values.shape[-1] - 1)
+    row = np.arange(len(values))
+    return np.where(count > 0, (ordered[row, low] + ordered[row, high]) / 2, np.inf)
 
 
 def _top(

@@ -113,19 +113,40 @@ _PlacedPolygon: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], tupl
 def _polygons(
     found: list[Hypothesis], picture: NDArray[np.uint8], scale: float, unit: float
 ) -> list[_PlacedPolygon]:
-    """Every polygon with its sides fitted anew."""
+    """Every polygon with its sides fitted anew: all corners of all of them are one list."""
     if not found:
         return []
-    corners = [np.array(h.geometry["corners"], np.float64) for h in found]
-    counts = [len(c) for c in corners]
-    starts = np.concatenate(corners)
-    ends = np.concatenate([np.roll(c, -1, axis=0) for c in corners])
-    rough = np.repeat([_rough(h, scale) for h in found], counts)
-    lines = exact_lines(picture, starts, ends, unit, rough)
-    first = np.cumsum([0, *counts])
+    polygons = [np.array(h.geometry["corners"], np.float64) for h in found]
+    counts = np.array([len(c) for c in polygons])
+    first = np.cumsum(counts) - counts
+    corners = np.concatenate(polygons)
+    after = np.arange(len(corners)) + 1
+    after[first + counts - 1] = first
+    sides = [b + _sides_of(h.edges, c) for h, c, b in zip(found, polygons, first, strict=True)]
+    side = np.concatenate(sides)
+    lines = exact_lines(
+        picture, corners, corners[after], unit, np.repeat([_rough(h, scale) for h in found], counts)
+    )
+    place, covariance, met = _corners(corners, after, side, lines, unit)
+    fitted = [e for h in found for e in h.edges]
+    points = np.array([[e.start, e.end] for e in fitted]).reshape(-1, 2, 2)
+    ends, spread = points.copy(), np.zeros((len(fitted), 2, 2, 2))
+    length = np.hypot(*(corners[after] - corners).T)[side]
+    for i, corner in enumerate((side, after[side])):
+        near = np.hypot(*(points[:, i] - corners[corner]).T) <= np.maximum(
+            CORNER_PX * unit, CORNER_SHARE * length
+        )
+        meets = met[corner] & near
+        foot, about = _free_ends(points[:, i], lines.part(side), unit)
+        ends[:, i] = np.where(meets[:, None], place[corner], foot)
+        spread[:, i] = np.where(meets[:, None, None], covariance[corner], about)
+    edges = [
+        FittedEdge(x[0], x[1], e.belief, c[0], c[1]) for e, x, c in zip(fitted, ends, spread, strict=True)
+    ]
+    until = np.cumsum([len(s) for s in sides])
     return [
-        _polygon(c, h.edges, lines.part(slice(b, e)), unit)
-        for c, h, b, e in zip(corners, found, first[:-1], first[1:], strict=True)
+        (place[b : b + n], covariance[b : b + n], tuple(edges[u - len(s) : u]))
+        for b, n, u, s in zip(first.tolist(), counts.tolist(), until.tolist(), sides, strict=True)
     ]
 
 
@@ -134,49 +155,45 @@ def _rough(found: Hypothesis, scale: float) -> float:
     return float(np.hypot(ROUGH_PX, found.deviation / 2)) / scale
 
 
-def _polygon(
-    corners: NDArray[np.float64], edges: tuple[FittedEdge, ...], lines: ExactLines, unit: float
-) -> _PlacedPolygon:
-    """Corners where neighbouring sides meet, and the edges that end there.
+def _corners(
+    corners: NDArray[np.float64],
+    after: NDArray[np.intp],
+    side: NDArray[np.intp],
+    lines: ExactLines,
+    unit: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Where neighbouring sides meet, the covariance of that, and whether they do.
 
-    A corner with a hidden side keeps its place along the other side.
+    A corner with a hidden side keeps its place along the other side; one between two hidden sides stays.
     """
-    count = len(corners)
-    lengths = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
-    side = _sides_of(edges, corners)
-    seen = np.isin(np.arange(count), side)
-    before = np.roll(np.arange(count), 1)
+    before = np.empty_like(after)
+    before[after] = np.arange(len(after))
+    lengths = np.hypot(*(corners[after] - corners).T)
+    seen = np.zeros(len(corners), np.bool_)
+    seen[side] = True
     other = lines.part(before)
     place = intersection(other.centres, other.directions, lines.centres, lines.directions)
     moved = np.hypot(*(np.nan_to_num(place, nan=np.inf) - corners).T)
-    met = (
-        seen
-        & seen[before]
-        & (moved <= MOST_MOVED_PX * unit + CORNER_SHARE * np.maximum(lengths, lengths[before]))
-    )
-    own = lines.part(np.where(seen, np.arange(count), before))
+    reach = MOST_MOVED_PX * unit + CORNER_SHARE * np.maximum(lengths, lengths[before])
+    met = seen & seen[before] & (moved <= reach)
+    own = lines.part(np.where(seen, np.arange(len(corners)), before))
     place = np.where(met[:, None], place, own.foot(corners))
     along = (HIDDEN * lengths) ** 2 + (END_PX * unit) ** 2
     normals = np.stack([np.where(met[:, None], other.normals, own.directions), own.normals], axis=1)
     variance = np.stack([np.where(met, other.variance_at(place), along), own.variance_at(place)], axis=1)
     none = ~(seen | seen[before])
     place[none], normals[none], variance[none] = corners[none], np.eye(2), along[none, None]
-    covariance = _from_lines(normals, variance)
-    placed: list[FittedEdge] = []
-    for edge, k in zip(edges, side.tolist(), strict=True):
-        reach = max(CORNER_PX * unit, CORNER_SHARE * lengths[k])
-        end: list[NDArray[np.float64]] = []
-        for point, corner in ((edge.start, k), (edge.end, (k + 1) % count)):
-            if met[corner] and np.hypot(*(point - corners[corner])) <= reach:
-                end += [place[corner], covariance[corner]]
-            else:
-                line = lines.part(slice(k, k + 1))
-                foot = line.foot(point[None])
-                across = np.stack([line.directions, line.normals], axis=1)
-                spread = np.array([[(END_PX * unit) ** 2, line.variance_at(foot)[0]]])
-                end += [foot[0], _from_lines(across, spread)[0]]
-        placed.append(FittedEdge(end[0], end[2], edge.belief, end[1], end[3]))
-    return place, covariance, tuple(placed)
+    return place, _from_lines(normals, variance), met
+
+
+def _free_ends(
+    points: NDArray[np.float64], lines: ExactLines, unit: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ends of edges that meet no other: on their line, and uncertain along it."""
+    foot = lines.foot(points)
+    across = lines.variance_at(foot)
+    variance = np.stack([np.full_like(across, (END_PX * unit) ** 2), across], axis=1)
+    return foot, _from_lines(np.stack([lines.directions, lines.normals], axis=1), variance)
 
 
 def _sides_of(edges: tuple[FittedEdge, ...], corners: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.vision.crossings import REACH_PX, crossings
+from evifuse.vision.crossings import REACH_PX, crossings, known_median
 
 __all__ = ["ExactEllipses", "ExactLines", "exact_ellipses", "exact_lines"]
 
@@ -310,15 +310,12 @@ def _robust(
     size = design.shape[-1]
     enough = there.sum(axis=1) >= max(LEAST_LOCATED * offset.shape[1], size + 3)
     target = np.nan_to_num(offset)
-    start = np.zeros(len(offset))
-    start[enough] = np.nanmedian(offset[enough], axis=1)
+    start = np.where(enough, known_median(offset), 0.0)
     residual = target - start[:, None] * design[..., :1].sum(axis=-1) if size == 2 else target
     solution, inverse = np.zeros((len(offset), size)), np.zeros((len(offset), size, size))
     weight = there.astype(np.float64)
     for _ in range(5):
-        spread = np.full(len(offset), np.inf)
-        spread[enough] = np.nanmedian(np.abs(np.where(there, residual, np.nan))[enough], axis=1)
-        spread = np.maximum(1.4826 * spread, least)
+        spread = np.maximum(1.4826 * known_median(np.abs(np.where(there, residual, np.nan))), least)
         weight = there * np.clip(1 - (residual / (TUKEY * spread[:, None])) ** 2, 0, None) ** 2
         weighted = np.swapaxes(design * weight[..., None], 1, 2)
         normal = weighted @ design
