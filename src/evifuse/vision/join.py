@@ -10,8 +10,11 @@ __all__ = ["joined_paths"]
 STRAIGHT_RAD = float(np.deg2rad(25.0))
 """A piece that turns less than this may have the object on either side (our own)."""
 
-GAP = 0.35
+GAP = 0.7
 """A link edge is at most this share of the shorter of the two pieces it joins, plus 3 px (our own)."""
+
+GAP_IN_CLUTTER = 0.35
+"""The same in a picture with many edges, where a far end is more often another object's (our own)."""
 
 GAP_PX = 3.0
 """See `GAP`."""
@@ -20,13 +23,15 @@ LEAST_TURN_RAD = float(np.deg2rad(150.0))
 """A joined outline turns at least this much (our own)."""
 
 
-def joined_paths(pieces: Pieces) -> tuple[Pieces, Runs]:
+def joined_paths(pieces: Pieces, cluttered: bool = False) -> tuple[Pieces, Runs]:
     """Follow pieces from end to start across gaps, always turning clockwise.
 
     Parameters
     ----------
     pieces : Pieces
         Convex pieces of all edges.
+    cluttered : bool, optional
+        Whether only ends nearer to each other are joined.
 
     Returns
     -------
@@ -40,6 +45,7 @@ def joined_paths(pieces: Pieces) -> tuple[Pieces, Runs]:
     pieces = pieces.take(np.flatnonzero(~pieces.trimmed))
     pieces = pieces.and_then(pieces.take(np.flatnonzero(pieces.turn < STRAIGHT_RAD)).reversed())
     ends = pieces.start, pieces.end, pieces.first, pieces.last, pieces.span, pieces.size.astype(np.float64)
-    after, before = kernels.cheapest_links(*ends, GAP, GAP_PX)
-    nodes, offset, closed = kernels.paths_of(*ends, pieces.turn, after, before, LEAST_TURN_RAD, GAP, GAP_PX)
+    gap = GAP_IN_CLUTTER if cluttered else GAP
+    after, before = kernels.cheapest_links(*ends, gap, GAP_PX)
+    nodes, offset, closed = kernels.paths_of(*ends, pieces.turn, after, before, LEAST_TURN_RAD, gap, GAP_PX)
     return pieces, Runs(nodes, offset, closed)

@@ -161,7 +161,7 @@ def suggested(chains: Sequence[Chain]) -> Suggestions:
     bent = pieces.take(
         np.flatnonzero((pieces.turn > LEAST_TURN_RAD) & (pieces.size < whole.size[pieces.edge]))
     )
-    nodes, joined = joined_paths(pieces)
+    nodes, joined = joined_paths(pieces, cluttered=len(chains) > MAX_CHAINS)
     count = len(chains)
     runs = _alone(whole.take(np.arange(count)))
     runs = runs.and_then(Runs.of([len(path) for path in outer], [True] * len(outer)), count)
