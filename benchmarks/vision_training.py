@@ -1,7 +1,8 @@
 """Learned from few examples: prototypes on the sensor's evidence, and HOG with a support vector machine.
 
 Both get the very same clean pictures. 5 and 50 of each class are drawn ten times; the difference is paired by
-draw. A class with fewer examples than asked for gives all it has.
+draw. A class with fewer examples than asked for gives all it has, and where every class does, there is one
+draw.
 
 The sensor has weights of its own, which `train_shapes.py` learned from all of `dev`, its drawings among them:
 prototypes of 5 drawings rest on those too. What the sensor knows without them is not measured here.
@@ -72,7 +73,8 @@ def few_examples(
         By number of examples and condition: mean and 95 % interval (Student's t over draws) of each, and
         of the paired difference.
     """
-    plan = [(count, draw) for count in COUNTS for draw in range(draws if count else 1)]
+    most = max(int((fold.examples.labels == c).sum()) for fold in folds for c in CLASSES)
+    plan = [(n, draw) for n in COUNTS for draw in range(draws if n and n < most else 1)]
     shares: dict[tuple[int | None, str], list[tuple[float, float]]] = {}
     for count, draw in shown(plan, "learning"):
         right: dict[str, list[NDArray[np.bool_]]] = {}
