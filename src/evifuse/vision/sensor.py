@@ -247,7 +247,7 @@ def find_candidates(
 
 def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[FittedEdge, ...]:
     """Fitted edges of an outline that is no polygon."""
-    return tuple(with_rough_ends(working.edge(e), working.scale) for e in split_at_corners(links))
+    return tuple(with_rough_ends(e, working.scale) for e in working.fitted(split_at_corners(links)))
 
 
 def _pixel_boxes(bounds: NDArray[np.float64], size: tuple[int, int]) -> list[tuple[int, int, int, int]]:

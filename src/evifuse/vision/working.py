@@ -1,5 +1,6 @@
 """The copy of a picture that edges are detected in, and the way back to the picture's own pixels."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,20 +108,21 @@ class WorkingPicture:
         """
         return (points - MARGIN_PX + 0.5) / self.scale - 0.5
 
-    def edge(self, edge: FittedEdge) -> FittedEdge:
-        """Move a fitted edge to picture coordinates.
+    def fitted(self, edges: Sequence[FittedEdge]) -> tuple[FittedEdge, ...]:
+        """Move fitted edges to picture coordinates.
 
         Parameters
         ----------
-        edge : FittedEdge
+        edges : sequence of FittedEdge
             In working coordinates.
 
         Returns
         -------
-        FittedEdge
-            In picture coordinates, with the same belief.
+        tuple of FittedEdge
+            In picture coordinates, with the same beliefs.
         """
-        return FittedEdge(self.point(edge.start), self.point(edge.end), edge.belief)
+        ends = self.point(np.array([(e.start, e.end) for e in edges]).reshape(-1, 2, 2))
+        return tuple(FittedEdge(x, y, e.belief) for (x, y), e in zip(ends, edges, strict=True))
 
     def hypothesis(self, found: Hypothesis) -> Hypothesis:
         """Move a hypothesis to picture coordinates.
@@ -143,7 +145,7 @@ class WorkingPicture:
                 geometry[name] = (np.asarray(value, np.float64) / self.scale).tolist()
             else:
                 geometry[name] = value
-        edges = tuple(self.edge(e) for e in found.edges)
+        edges = self.fitted(found.edges)
         return replace(found, geometry=geometry, shape=self.point(found.shape), edges=edges)
 
 
