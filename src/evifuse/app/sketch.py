@@ -26,6 +26,9 @@ LEAST_WIDTH_PX = 480
 SHIFT = 4
 """Binary digits of a pixel's fractions in OpenCV's coordinates."""
 
+FARTHEST_PX = 1e6
+"""What lies farther away is drawn towards there."""
+
 DASH_PX, PERIOD_PX = 5.0, 11.0
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -99,14 +102,16 @@ def _title(count: int, unnamed: int) -> str:
 def _object(picture: Image, seen: SeenObject, zoom: float, tints: Image) -> None:
     """The fitted edges on a dark rim, and the best primitive dashed over them."""
     thick = 3 if strength(seen) >= LEAST_NAMED else 1
-    lines = [_enlarged(np.array([e.start, e.end]), zoom) for e in seen.fitted_edges]
-    _strokes(picture, lines, INK, thick + 2)
-    for line, edge in zip(lines, seen.fitted_edges, strict=True):
-        _strokes(picture, [line], tints[round(255 * edge.belief)].tolist(), thick)
+    if seen.fitted_edges:
+        ends = np.array([[e.start, e.end] for e in seen.fitted_edges])
+        lines = _fixed(_enlarged(ends, zoom))
+        _strokes(picture, lines, INK, thick + 2)
+        for line, edge in zip(lines, seen.fitted_edges, strict=True):
+            _strokes(picture, line[None], tints[round(255 * edge.belief)].tolist(), thick)
     if seen.primitives:
         best = seen.primitives[0]
         outline = np.vstack([best.shape, best.shape[:1]]) if best.kind != "bracket" else best.shape
-        dashes = _dashes(_enlarged(outline, zoom))
+        dashes = _fixed(_dashes(_enlarged(outline, zoom)))
         _strokes(picture, dashes, INK, 2)
         _strokes(picture, dashes, PAPER, 1)
 
@@ -116,21 +121,24 @@ def _enlarged(points: Points, zoom: float) -> Points:
     return (points + 0.5) * zoom - 0.5
 
 
-def _strokes(picture: Image, lines: Sequence[Points], colour: Sequence[int], thick: int) -> None:
+def _fixed(lines: Points) -> NDArray[np.int32]:
+    """Coordinates as OpenCV counts fractions of a pixel, in 32 bits."""
+    return np.round(lines.clip(-FARTHEST_PX, FARTHEST_PX) * (1 << SHIFT)).astype(np.int32)
+
+
+def _strokes(picture: Image, lines: NDArray[np.int32], colour: Sequence[int], thick: int) -> None:
     import cv2
 
-    limit = 4.0 * max(picture.shape)  # OpenCV counts in 32 bits
-    fixed = [np.round(line.clip(-limit, limit) * (1 << SHIFT)).astype(np.int32) for line in lines]
-    cv2.polylines(picture, fixed, False, tuple(colour), thick, cv2.LINE_AA, SHIFT)
+    cv2.polylines(picture, list(lines), False, tuple(colour), thick, cv2.LINE_AA, SHIFT)
 
 
-def _dashes(outline: Points) -> list[Points]:
-    """Pieces of a line of equal length, with gaps."""
+def _dashes(outline: Points) -> Points:
+    """Pieces of a line of equal length, with gaps; shape (N, 3, 2)."""
     along = np.concatenate([[0.0], np.hypot(*np.diff(outline, axis=0).T).cumsum()])
     starts = np.arange(0.0, along[-1], max(PERIOD_PX, along[-1] / 2000))
     at = starts[:, None] + np.linspace(0.0, DASH_PX, 3)
     x, y = (np.interp(at, along, outline[:, i]) for i in (0, 1))
-    return list(np.stack([x, y], axis=2))
+    return np.stack([x, y], axis=2)
 
 
 def _labels(picture: Image, objects: Sequence[SeenObject], zoom: float) -> int:
@@ -149,8 +157,9 @@ def _labels(picture: Image, objects: Sequence[SeenObject], zoom: float) -> int:
         middle = np.array([place[0] + w / 2, place[1] + h / 2])
         nearest = np.clip(middle, box[:2], box[:2] + box[2:])
         if abs(nearest - middle)[1] > h or abs(nearest - middle)[0] > w:
-            _strokes(picture, [np.stack([middle, nearest])], INK, 3)
-            _strokes(picture, [np.stack([middle, nearest])], PAPER, 1)
+            leader = _fixed(np.stack([middle, nearest])[None])
+            _strokes(picture, leader, INK, 3)
+            _strokes(picture, leader, PAPER, 1)
         under = picture[max(top, 0) : bottom, max(left, 0) : right]
         under[:] = np.round(under * 0.2 + np.array(INK) * 0.8)
         cv2.putText(picture, text, (left + 3, bottom - 4), *_font(), PAPER, 1, cv2.LINE_AA)
