@@ -50,7 +50,7 @@ class Divisions(Mapping[int, Sections]):
     points: NDArray[np.float64]
     bounds: NDArray[np.int64]
     cost: NDArray[np.float64]
-    _fitted: dict[int, Sections] = field(default_factory=dict[int, Sections], repr=False)
+    _fitted: dict[int, Sections] = field(default_factory=dict[int, Sections], init=False, repr=False)
 
     def __getitem__(self, count: int) -> Sections:
         """All outlines in so many sections."""
