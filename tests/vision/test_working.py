@@ -1,0 +1,69 @@
+"""The copy of a picture that edges are looked for in."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from evifuse.vision import sense_shapes
+from evifuse.vision.detect import Chain
+from evifuse.vision.group import group_objects
+from evifuse.vision.working import working_picture
+
+RED, GREEN = (40, 60, 190), (50, 129, 50)
+"""BGR of nearly the same lightness."""
+
+
+def red_triangle_before_leaves() -> NDArray[np.uint8]:
+    picture = np.full((240, 320, 3), GREEN, np.uint8)
+    cv2.fillPoly(picture, [np.array([[160, 40], [240, 180], [80, 180]])], RED)
+    return picture
+
+
+def test_red_before_green_is_seen_though_grey_does_not_show_it() -> None:
+    picture = red_triangle_before_leaves()
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    assert np.ptp(grey.astype(int)) <= 2
+    assert sense_shapes(grey) == ()
+    seen = sense_shapes(picture)[0]
+    assert seen.classification.decision == "triangular"
+    np.testing.assert_allclose(seen.box, (80, 40, 161, 141), atol=4)
+
+
+def test_a_detector_is_asked_about_lightness_and_redness() -> None:
+    asked: list[NDArray[np.uint8]] = []
+
+    def detector(grey: NDArray[np.uint8]) -> tuple[Chain, ...]:
+        asked.append(grey)
+        return ()
+
+    sense_shapes(red_triangle_before_leaves(), detector=detector)
+    assert len(asked) == 2
+    assert all(layer.ndim == 2 and layer.flags.c_contiguous and layer.dtype == np.uint8 for layer in asked)
+    sense_shapes(np.zeros((50, 60), np.uint8), detector=detector)
+    assert len(asked) == 3
+
+
+@pytest.mark.parametrize("shape", [(9, 400), (70, 70, 3), (300, 500), (1500, 4000)])
+def test_every_layer_has_the_same_pixels(shape: tuple[int, ...]) -> None:
+    picture = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
+    working = working_picture(picture)
+    assert len({layer.grey.shape for layer in working.layers}) == 1
+    height, width = working.layers[0].grey.shape
+    corners = working.point(np.array([[7.5, 7.5], [width - 8.5, height - 8.5]]))
+    np.testing.assert_allclose(corners, [[-0.5, -0.5], [shape[1] - 0.5, shape[0] - 0.5]], atol=1)
+
+
+@pytest.mark.parametrize("sigma", [30, 60])
+def test_noise_of_all_colours_shows_nothing(sigma: float) -> None:
+    for seed in range(3):
+        noise = np.random.default_rng(seed).normal(128, sigma, (540, 960, 3))
+        assert sense_shapes(np.clip(noise, 0, 255).astype(np.uint8)) == ()
+
+
+def test_the_rim_stands_for_the_object_unless_it_is_hardly_believed() -> None:
+    boxes = np.array([[10, 10, 50, 50], [4, 4, 56, 56], [0, 0, 200, 200]], np.float64)
+    prominence = np.array([3.0, 2.0, 1.0])
+    assert group_objects(boxes, np.array([0.8, 0.4, 0.4]), prominence, 0.04) == [1, 2]
+    assert group_objects(boxes, np.array([0.8, 0.1, 0.4]), prominence, 0.04) == [0, 2]
+    assert group_objects(boxes, np.array([0.8, 0.4, 0.01]), prominence, 0.04) == [1]
