@@ -105,7 +105,7 @@ def test_a_trained_knowledge_base_conducts_the_same_from_its_file(tmp_path: Path
 
 
 def test_a_reading_is_named_or_given_by_what_differs() -> None:
-    base = load_knowledge("shape")
+    base = load_knowledge("curvature")
     assert "reading: working\n" in knowledge_text(base)
     other = KnowledgeBase(base.name, base.frame, base.aggregates, Reading(pooling="mean", smoothing=0.1))
     assert "reading:\n  pooling: mean\n  smoothing: 0.1\nframe:" in knowledge_text(other)

@@ -30,7 +30,7 @@ from evifuse.vision.working import WorkingPicture, working_picture
 
 __all__ = ["SeenObject", "sense_shapes"]
 
-LEAST_BELIEF = 0.04
+LEAST_BELIEF = 0.01
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
 
 SHORTEST_PX = 24
