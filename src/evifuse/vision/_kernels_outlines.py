@@ -126,3 +126,15 @@ def written_down(points, low, high, back, nodes, offset, least, share):
             tolerance[m] = max(least, share * max(right - left, bottom - top))
     at, corner_first = corners_of(flat, first, tolerance)
     return flat, first, at, corner_first
+
+
+@njit
+def farthest_by_sector(offset, sectors):
+    """The farthest point from the origin in each of so many equal directions, those without one left out."""
+    best, most = np.full(sectors + 1, -1, np.int64), np.full(sectors + 1, -1.0)
+    for i in range(len(offset)):
+        x, y = offset[i, 0], offset[i, 1]
+        k = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * sectors)
+        if x * x + y * y > most[k]:
+            best[k], most[k] = i, x * x + y * y
+    return best[best >= 0]

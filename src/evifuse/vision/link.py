@@ -247,6 +247,8 @@ def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.
     """
     import cv2
 
+    from evifuse.vision import _kernels_outlines as kernels
+
     moments = cv2.moments(cv2.convexHull(points.astype(np.float32)))
     if moments["m00"] < 1:
         offset = points - points.mean(axis=0)
@@ -257,7 +259,4 @@ def outer_points(points: NDArray[np.float64], sectors: int = 120) -> NDArray[np.
         variance, axes = np.linalg.eigh(spread)
         narrow = np.sqrt(np.maximum(variance, 1e-3 * variance.max()))
         offset = (points - middle) @ (axes / narrow) @ axes.T
-    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) + 0.5) * sectors).astype(np.intp)
-    order = np.lexsort((-(offset**2).sum(axis=1), sector))
-    _, first = np.unique(sector[order], return_index=True)
-    return points[order[first]]
+    return points[kernels.farthest_by_sector(offset, sectors)]
