@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from evifuse.vision import SeenObject, sense_shapes
+from evifuse.vision import FittedEdge, Hypothesis, SeenObject, sense_shapes
 from evifuse.vision.crossings import crossings
+from evifuse.vision.exact import exact_hypotheses
 from evifuse.vision.refine import exact_ellipses, exact_lines
 
 SIZE = (180, 200)
@@ -128,15 +129,21 @@ def test_uncertainty_grows_with_the_noise() -> None:
 
 
 def test_corners_beside_a_hidden_side_are_uncertain() -> None:
-    image = np.full((240, 320), 220, np.uint8)
-    cv2.polylines(image, [np.array([[240, 70], [80, 70], [80, 160], [240, 160]])], False, 60, 5, cv2.LINE_AA)
-    seen = sense_shapes(image)[0]
-    found = next(h for h in seen.primitives if h.kind == "rectangle")
-    assert len(found.edges) == 3
-    spread = np.trace(np.array(found.geometry["corners_covariance_px2"]), axis1=1, axis2=2)
-    right = np.array(found.geometry["corners"])[:, 0] > 160
-    assert right.sum() == 2
-    assert spread[right].min() > 100 * spread[~right].max()
+    """They lie on the side that is seen, but where along it is not known."""
+    truth = turned(RECTANGLE, 0.3, np.zeros(2))
+    rough = truth + np.array([[0.4, -0.3], [-0.5, 0.2], [0.3, 0.5], [-0.2, -0.4]])
+    seen = tuple(FittedEdge(rough[i], rough[(i + 1) % 4], 0.8) for i in (0, 2, 3))
+    found = Hypothesis("rectangle", 0.6, {"corners": rough.tolist()}, rough, deviation=0.5, edges=seen)
+    placed = exact_hypotheses([(found,)], noisy(polygon(truth), 3, 0), 1.0)[0][0]
+    assert len(placed.edges) == 3
+    covariance = np.array(placed.geometry["corners_covariance_px2"])
+    spread = np.trace(covariance, axis1=1, axis2=2)
+    assert spread[[1, 2]].min() > 1000 * spread[[0, 3]].max()
+    assert np.linalg.norm(placed.shape - truth, axis=1)[[0, 3]].max() < 0.1
+    across = np.array([-np.sin(0.3), np.cos(0.3)])  # of the sides that lead to the hidden one
+    for corner in (1, 2):
+        assert across @ covariance[corner] @ across < 0.01
+        assert abs((placed.shape[corner] - truth[corner]) @ across) < 0.1
 
 
 def test_fitted_edges_end_in_the_corners() -> None:
