@@ -33,11 +33,11 @@ def drawn(inside: Inside, blur_px: float, noise: float, random: np.random.Genera
     """A dark shape on light ground, by a function of x and y that says what is inside."""
     import cv2
 
-    y, x = ((np.arange(n * FINE, dtype=np.float32) + 0.5) / FINE - 0.5 for n in SIZE)
+    y, x = (((np.arange(n * FINE) + 0.5) / FINE - 0.5).astype(np.float32) for n in SIZE)
     fine = np.where(inside(x[None, :], y[:, None]), np.float32(70), np.float32(180))
-    image = fine.reshape(SIZE[0], FINE, SIZE[1], FINE).mean(axis=(1, 3))
+    image = fine.reshape(SIZE[0], FINE, SIZE[1], FINE).mean(axis=(1, 3), dtype=np.float64)
     if blur_px:
-        image = cv2.GaussianBlur(image, (0, 0), blur_px)
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px), np.float64)
     return np.clip(np.round(image + random.normal(0, noise, SIZE)), 0, 255).astype(np.uint8)
 
 
