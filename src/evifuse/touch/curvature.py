@@ -12,7 +12,7 @@ and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three th
   all rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,9 @@ class ShapeOperator:
         Their standard errors, 1/m.
     k1_direction_rad : float
         Direction of k1, as `RollCurvature.direction_rad`.
+    covariance : ndarray of float64, shape (3, 3), or None
+        Covariance of the operator's k_xx, k_xy, k_yy in the site's tangent axes (`tangents`), 1/m^2; None if
+        only the errors of k1 and k2 are known.
     """
 
     k1_per_m: float
@@ -90,6 +93,7 @@ class ShapeOperator:
     k1_error_per_m: float
     k2_error_per_m: float
     k1_direction_rad: float
+    covariance: NDArray[np.float64] | None = None
 
 
 def measure_roll(
@@ -182,7 +186,18 @@ def shape_operator(rolls: list[RollCurvature], radius_m: float) -> ShapeOperator
     design = np.stack([axes[0] ** 2, 2 * axes[0] * axes[1], axes[1] ** 2], axis=1)
     error = np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design)) / scale**2
     direction = float(np.arctan2(axes[1, 1], axes[0, 1]) % np.pi)
-    return ShapeOperator(float(k[1]), float(k[0]), float(error[1]), float(error[0]), direction)
+    moved = _moved_down(np.array([[xx, xy], [xy, yy]]), radius_m)
+    return ShapeOperator(
+        float(k[1]), float(k[0]), float(error[1]), float(error[0]), direction, moved @ covariance @ moved.T
+    )
+
+
+def _moved_down(offset: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
+    """Derivative (3, 3) of S = S_c (I + a S_c)^-1 by S_c, both as k_xx, k_xy, k_yy: dS = M dS_c M."""
+    values, axes = np.linalg.eigh(offset)
+    m = axes @ np.diag(1 / np.maximum(1 + radius_m * values, SHARPEST)) @ axes.T
+    (a, b), (_, c) = m
+    return np.array([[a * a, 2 * a * b, b * b], [a * b, a * c + b * b, b * c], [b * b, 2 * b * c, c * c]])
 
 
 def _spread_rad(directions_rad: list[float]) -> float:
