@@ -2,7 +2,6 @@
 
 import os
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -126,7 +125,7 @@ def read_raw(path: str | os.PathLike[str]) -> RawRecording:
                 )
             stream.seek(0)
             try:
-                _collect(_records(stream, size), topics)
+                _collect(stream, size, topics)
             except _damages():
                 damage = "the file is cut off or damaged"
     except OSError as error:
@@ -143,31 +142,68 @@ def _damages() -> tuple[type[Exception], ...]:
     return (McapError, zstandard.ZstdError, struct.error, RuntimeError, MemoryError, *values)
 
 
-def _records(stream: Any, size: int) -> Iterator[Any]:
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader, breakup_chunk
+def _collect(stream: Any, size: int, topics: dict[str, Topic]) -> None:
+    """Records of the file in order; those of a chunk are told apart here, as there are many."""
+    from mcap.records import Channel, Chunk, Message, Schema
+    from mcap.stream_reader import StreamReader, get_chunk_data_stream
 
+    found = _Found(topics)
     reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
     for record in reader.records:
         if isinstance(record, Chunk):
-            yield from breakup_chunk(record, validate_crc=True)
-        else:
-            yield record
-
-
-def _collect(records: Iterator[Any], topics: dict[str, Topic]) -> None:
-    from mcap.records import Channel, Message, Schema
-
-    kinds: dict[int, str] = {}
-    channels: dict[int, Topic] = {}
-    for record in records:
-        if isinstance(record, Schema):
-            kinds[record.id] = record.name
+            content, length = get_chunk_data_stream(record, validate_crc=True)
+            found.chunk(content.read(length))
+        elif isinstance(record, Schema):
+            found.kinds[record.id] = record.name
         elif isinstance(record, Channel):
-            kind = kinds.get(record.schema_id, "")
-            topic = Topic(record.topic, kind, record.message_encoding)
-            channels[record.id] = topics.setdefault(record.topic, topic)
+            found.channel(record.id, record.schema_id, record.topic, record.message_encoding)
         elif isinstance(record, Message):
-            topic = channels[record.channel_id]
+            topic = found.channels[record.channel_id]
             topic.log_time_ns.append(record.log_time)
             topic.data.append(record.data)
+
+
+_SCHEMA, _CHANNEL, _MESSAGE = 3, 4, 5
+_RECORD, _MESSAGE_HEADER = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+
+
+@dataclass
+class _Found:
+    """Schemas and channels seen so far, and the messages by topic."""
+
+    topics: dict[str, Topic]
+    kinds: dict[int, str] = field(default_factory=dict[int, str])
+    channels: dict[int, Topic] = field(default_factory=dict[int, Topic])
+
+    def channel(self, number: int, schema: int, name: str, encoding: str) -> None:
+        topic = Topic(name, self.kinds.get(schema, ""), encoding)
+        self.channels[number] = self.topics.setdefault(name, topic)
+
+    def chunk(self, data: bytes) -> None:
+        """Records of a chunk: layouts as the MCAP specification has them."""
+        at = 0
+        while at < len(data):
+            kind, length = _RECORD.unpack_from(data, at)
+            at += _RECORD.size
+            end = at + length
+            if end > len(data):
+                raise ValueError("a record goes on beyond its chunk")
+            if kind == _MESSAGE:
+                number, _, log_time, _ = _MESSAGE_HEADER.unpack_from(data, at)
+                topic = self.channels[number]
+                topic.log_time_ns.append(log_time)
+                topic.data.append(data[at + _MESSAGE_HEADER.size : end])
+            elif kind == _SCHEMA:
+                number = struct.unpack_from("<H", data, at)[0]
+                self.kinds[number] = _text(data, at + 2)[0]
+            elif kind == _CHANNEL:
+                number, schema = struct.unpack_from("<HH", data, at)
+                name, after = _text(data, at + 4)
+                self.channel(number, schema, name, _text(data, after)[0])
+            at = end
+
+
+def _text(data: bytes, at: int) -> tuple[str, int]:
+    """A string with its length before it, and where it ends."""
+    length = struct.unpack_from("<I", data, at)[0]
+    return data[at + 4 : at + 4 + length].decode(), at + 4 + length

@@ -48,6 +48,8 @@ class TouchRecording:
         Normal pressure on each taxel, pascals.
     name : str
         Where the recording comes from (a file name), for messages.
+    notes : tuple of str
+        What was left out, interpolated or cut off when it was read, one line each.
     """
 
     fingertip: Fingertip
@@ -57,6 +59,7 @@ class TouchRecording:
     joint_angle_rad: NDArray[np.float64]
     pressure_pa: NDArray[np.float64]
     name: str = "recording"
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
