@@ -146,7 +146,7 @@ def _waves(outlines: Outlines, ellipses: Column) -> dict[str, Column]:
     y = (c * offset[..., 1] - s * offset[..., 0]) / (ellipses[:, None, 3] / 2)
     gauge = np.hypot(x, y)
     away = np.clip(np.nan_to_num(gauge - 1), -1, 1)
-    turn = np.nan_to_num((x + 1j * y) / np.maximum(gauge, 1e-12))  # on the unit circle
+    turn = (np.nan_to_num(x) + 1j * np.nan_to_num(y)) / np.fmax(gauge, 1e-12)  # on the unit circle
     found: dict[str, Column] = {}
     wave = away.astype(np.complex128)
     for k in range(1, max(HARMONICS) + 1):

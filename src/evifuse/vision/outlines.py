@@ -99,7 +99,13 @@ class Suggestions:
         return np.where(none, 0.0, np.where(share < 1, share**2, share**-4.0) * self.width**0.75)
 
     def best(self) -> NDArray[np.intp]:
-        """The most promising ones, without those whose bounds nearly equal those of two better ones."""
+        """The most promising ones, without those whose bounds nearly equal those of two better ones.
+
+        Returns
+        -------
+        ndarray of intp, shape (Q,)
+            Their places, the most promising first.
+        """
         from evifuse.vision import _kernels_outlines as kernels
 
         promise = self.promise
@@ -109,7 +115,18 @@ class Suggestions:
         return order[kernels.without_twins(self.box[order], 0.02, 1.0, 2, most)]
 
     def link_lists(self, which: NDArray[np.intp]) -> list[LinkList]:
-        """Some of them in full."""
+        """Some of them in full.
+
+        Parameters
+        ----------
+        which : ndarray of intp, shape (Q,)
+            Their places.
+
+        Returns
+        -------
+        list of LinkList
+            In that order.
+        """
         p = self.pieces
         return link_pieces(self.edges.points, p.low, p.high, p.back, self.runs.take(which))
 

@@ -128,7 +128,7 @@ def sense_shapes(
     FrameError
         If the knowledge base does not know a primitive.
     """
-    picture = as_image(image)
+    picture = _without_equal_colours(as_image(image))
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
     candidates = find_candidates(working, detector, primitives, view)
@@ -154,6 +154,13 @@ def sense_shapes(
         )
         for k, box in enumerate(_pixel_boxes(bounds, (picture.shape[1], picture.shape[0])))
     )
+
+
+def _without_equal_colours(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A grey picture stored in colours is grey: it is seen the same, and sooner."""
+    if picture.ndim == 2 or (picture[::7, ::7] != picture[::7, ::7, :1]).any():
+        return picture
+    return np.ascontiguousarray(picture[..., 0]) if (picture == picture[..., :1]).all() else picture
 
 
 @dataclass(frozen=True, eq=False)
