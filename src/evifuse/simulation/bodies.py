@@ -1,8 +1,8 @@
 """Bodies with the simulated surfaces on them, as the camera sees them: finite, with a clear outline.
 
 Every body is a closed triangle mesh in the world frame. The plane and the trough are blocks, the cylinder
-lies, the sphere is a ball, the bowl a round shell, the saddle a bent square sheet, and the hole is in a plate
-that is larger than the picture.
+lies, the sphere is a ball, the bowl a round shell, the saddle a bent square sheet, and the hole and the slot
+are in a plate that is larger than the picture. What has edges stands on a flat bottom.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.simulation.flat import Hole, Plane
+from evifuse.simulation.edges import Corner, Edge, Step
+from evifuse.simulation.flat import Hole, Plane, Slot
+from evifuse.simulation.oval import Ellipsoid, Torus
 from evifuse.simulation.round import Bowl, Cylinder, Sphere, Trough
 from evifuse.simulation.saddle import Saddle
 from evifuse.simulation.surface import Surface
@@ -165,13 +167,56 @@ def _pierced(surface: Hole) -> Body:
     angle = np.arange(128) * 2 * np.pi / 128
     towards = np.column_stack([np.cos(angle), np.sin(angle)])
     square = towards / np.abs(towards).max(axis=1, keepdims=True) * surface.length_m / 2
-    circle = towards * surface.radius_m
+    half = surface.opening_m / 2 if isinstance(surface, Slot) else 0.0
+    ends = np.column_stack([half * np.sign(towards[:, 0].round(9)), np.zeros(128)])
+    rim = surface.radius_m * towards + ends
     low = -surface.height_m
-    between = towards * min(2.0 * surface.radius_m, 0.45 * surface.length_m)
-    rings = [(circle, 0.0), (circle, low), (square, low), (square, 0.0), (between, 0.0), (circle, 0.0)]
+    between = towards * min(2.0 * (surface.radius_m + half), 0.45 * surface.length_m)
+    rings = [(rim, 0.0), (rim, low), (square, low), (square, 0.0), (between, 0.0), (rim, 0.0)]
     loops = [np.column_stack([ring, np.full(128, z)]) for ring, z in rings]
     vertices = np.stack(loops, axis=1).reshape(-1, 3)
-    return Body(vertices, _grid_faces(128, len(rings), ring=True), _circle(surface.radius_m, 0.0), -0.04)
+    outline = np.column_stack([rim, np.zeros(128)])
+    return Body(vertices, _grid_faces(128, len(rings), ring=True), outline, -0.04)
+
+
+def _stretched(surface: Ellipsoid) -> Body:
+    scale = np.array([surface.length_m, surface.width_m, surface.height_m])
+    vertices, faces = _turned(_arc(np.pi, 0.0, 1.0))
+    outline = _circle(1.0, 0.0)
+    down = [0.0, 0.0, surface.height_m]
+    return Body(vertices * scale - down, faces, outline * scale - down, -2 * surface.height_m)
+
+
+def _ring(surface: Torus) -> Body:
+    tube = _arc(0.0, -2 * np.pi, surface.tube_m, 65)
+    tube += [surface.radius_m, -surface.tube_m]
+    outline = _circle(surface.radius_m + surface.tube_m, -surface.tube_m)
+    return Body(*_turned(tube), outline, -2 * surface.tube_m)
+
+
+def _height_m(surface: Surface, x: float, y: float) -> float:
+    point = surface.above(x, y)
+    return 0.0 if point is None else float(point[2])
+
+
+def _standing(surface: Edge | Step | Corner) -> Body:
+    """Rings of the height map around the middle, finer where the rounding is, down to a flat bottom."""
+    angle = np.arange(128) * 2 * np.pi / 128
+    towards = np.column_stack([np.cos(angle), np.sin(angle)])
+    if isinstance(surface, Corner):
+        rim = towards * surface.width_m
+    else:
+        half = np.array([surface.length_m, surface.width_m]) / 2
+        rim = towards / np.max(np.abs(towards) / half, axis=1, keepdims=True)
+    steps = np.concatenate([np.linspace(0.0, 0.06, 16)[:-1], np.linspace(0.06, 1.0, 30)])
+    place = rim[:, None] * steps[:, None] * (1 - 1e-12)
+    heights = [[_height_m(surface, float(x), float(y)) for x, y in row] for row in place]
+    top = np.concatenate([place, np.array(heights)[..., None]], axis=-1)
+    low = float(top[..., 2].min()) - 2 * SHELL_M
+    foot, middle = top[:, -1:] * [1.0, 1.0, 0.0] + [0.0, 0.0, low], np.zeros((128, 1, 3))
+    rows = np.concatenate([top, foot, middle + np.array([0.0, 0.0, low])], axis=1)
+    faces = _grid_faces(128, rows.shape[1], ring=True)[:, ::-1]
+    return Body(rows.reshape(-1, 3), faces, top[:, -1], low)
 
 
 _BODIES: dict[type[Surface], Callable[[Any], Body]] = {
@@ -182,4 +227,10 @@ _BODIES: dict[type[Surface], Callable[[Any], Body]] = {
     Trough: _groove,
     Saddle: _sheet,
     Hole: _pierced,
+    Slot: _pierced,
+    Ellipsoid: _stretched,
+    Torus: _ring,
+    Edge: _standing,
+    Step: _standing,
+    Corner: _standing,
 }

@@ -3,7 +3,9 @@
 import numpy as np
 
 from evifuse.errors import UsageError
-from evifuse.simulation.flat import Hole, Plane
+from evifuse.simulation.edges import Corner, Edge, Step
+from evifuse.simulation.flat import Hole, Plane, Slot
+from evifuse.simulation.oval import Ellipsoid, Torus
 from evifuse.simulation.round import Bowl, Cylinder, Sphere, Trough
 from evifuse.simulation.saddle import Saddle
 from evifuse.simulation.surface import Surface
@@ -11,7 +13,22 @@ from evifuse.simulation.surface import Surface
 __all__ = ["SURFACES", "surface"]
 
 SURFACES: dict[str, type[Surface]] = {
-    kind.name: kind for kind in (Plane, Cylinder, Sphere, Bowl, Trough, Saddle, Hole)
+    kind.name: kind
+    for kind in (
+        Plane,
+        Cylinder,
+        Sphere,
+        Bowl,
+        Trough,
+        Saddle,
+        Hole,
+        Ellipsoid,
+        Torus,
+        Edge,
+        Step,
+        Corner,
+        Slot,
+    )
 }
 """The catalogue, by name."""
 
@@ -24,7 +41,7 @@ def surface(name: str, **dimensions: float) -> Surface:
     name : str
         One of `SURFACES`.
     **dimensions : float
-        Its dimensions, metres; the rest keep their defaults.
+        Its dimensions, metres (angles: radians); the rest keep their defaults.
 
     Returns
     -------
