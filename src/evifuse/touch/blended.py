@@ -1,0 +1,193 @@
+"""A smooth surface through taxels that lie on no sphere.
+
+The local quadrics q_i of the taxels are blended into f(x) = sum_i w_i(x) q_i(x), with Gaussian weights that
+sum to 1, and the surface is f = 0 (a partition of unity, Ohtake et al. 2003; the choices are our own). Value,
+gradient and weights are matrix products: all points at once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.touch.quadrics import local_quadrics, neighbours, tangent_axes, unit_rows
+
+__all__ = ["BlendedSurface", "blended_surface"]
+
+Array = NDArray[np.float64]
+
+BLEND = 0.6
+"""Standard deviation of the blending weights, in distances to the fourth neighbour."""
+CHUNK = 4096
+"""Points that are looked at together."""
+STEPS = 8
+"""Steps towards the nearest point."""
+
+
+@dataclass(frozen=True)
+class BlendedSurface:
+    """Local quadrics of the taxels, blended.
+
+    Parameters
+    ----------
+    positions_m : ndarray of float64, shape (N, 3)
+        Places of the taxels, metres.
+    normals : ndarray of float64, shape (N, 3)
+        Their outward unit normals.
+    tensors_per_m : ndarray of float64, shape (N, 3, 3)
+        Curvature of the surface at each, 1/m, as `local_quadrics` gives it.
+    heights_m : ndarray of float64, shape (N,)
+        What is added to each quadric so that the blend passes through all taxels, metres.
+    width_m : float
+        Standard deviation of the blending weights, metres.
+    """
+
+    positions_m: Array
+    normals: Array
+    tensors_per_m: Array
+    heights_m: Array
+    width_m: float
+
+    def contact(self, weights: Array) -> tuple[Array, Array]:
+        """Middle of a patch of active taxels: see `FingerSurface`.
+
+        Parameters
+        ----------
+        weights : ndarray of float64, shape (T, N)
+            How much each taxel counts.
+
+        Returns
+        -------
+        points_m, normals : ndarray of float64, shape (T, 3)
+            Points of the surface, metres, and outward unit normals.
+        """
+        return self.project(weights @ self.positions_m / weights.sum(axis=1, keepdims=True))
+
+    def project(self, points_m: Array) -> tuple[Array, Array]:
+        """Nearest points of the surface: see `FingerSurface`.
+
+        Parameters
+        ----------
+        points_m : ndarray of float64, shape (M, 3)
+            Points, metres.
+
+        Returns
+        -------
+        nearest_m, normals : ndarray of float64, shape (M, 3)
+            Points of the surface, metres, and outward unit normals.
+        """
+        found = [self._projected(points_m[i : i + CHUNK]) for i in range(0, len(points_m), CHUNK)]
+        if not found:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        return np.concatenate([point for point, _ in found]), np.concatenate([normal for _, normal in found])
+
+    def distance(self, points_m: Array) -> Array:
+        """Signed distance to the surface, positive outside.
+
+        Parameters
+        ----------
+        points_m : ndarray of float64, shape (M, 3)
+            Points, metres.
+
+        Returns
+        -------
+        ndarray of float64, shape (M,)
+            Distances, metres.
+        """
+        nearest, normals = self.project(points_m)
+        return np.einsum("mi,mi->m", points_m - nearest, normals)
+
+    def shape_operators(self, points_m: Array) -> tuple[Array, Array]:
+        """Curvature of the blend: see `FingerSurface`.
+
+        Parameters
+        ----------
+        points_m : ndarray of float64, shape (M, 3)
+            Points of the surface, metres.
+
+        Returns
+        -------
+        operators_per_m : ndarray of float64, shape (M, 2, 2)
+            Curvatures, 1/m.
+        axes : ndarray of float64, shape (M, 3, 2)
+            Unit tangents.
+        """
+        found = [self._curved(points_m[i : i + CHUNK]) for i in range(0, len(points_m), CHUNK)]
+        if not found:
+            return np.zeros((0, 2, 2)), np.zeros((0, 3, 2))
+        return np.concatenate([s for s, _ in found]), np.concatenate([axes for _, axes in found])
+
+    def _projected(self, points: Array) -> tuple[Array, Array]:
+        nearest = points
+        value, gradient = self._value_and_gradient(nearest)
+        for _ in range(STEPS):
+            size = np.sum(gradient**2, axis=1, keepdims=True)
+            aside = points - nearest
+            aside = aside - np.sum(aside * gradient, axis=1, keepdims=True) / size * gradient
+            nearest = nearest + aside - value[:, None] / size * gradient
+            value, gradient = self._value_and_gradient(nearest)
+        return nearest, unit_rows(gradient)
+
+    def _value_and_gradient(self, points: Array) -> tuple[Array, Array]:
+        weight = _weights(points, self.positions_m, self.width_m)
+        value = _values(points, self.positions_m, self.normals, self.tensors_per_m) + self.heights_m
+        blended = np.sum(weight * value, axis=1)
+        bent = np.einsum("nij,nj->ni", self.tensors_per_m, self.positions_m)
+        tensor = (weight @ self.tensors_per_m.reshape(-1, 9)).reshape(-1, 3, 3)
+        gradient = weight @ (self.normals - bent) + np.einsum("mij,mj->mi", tensor, points)
+        spread = (weight * value) @ self.positions_m - blended[:, None] * (weight @ self.positions_m)
+        return blended, gradient + spread / self.width_m**2
+
+    def _curved(self, points: Array) -> tuple[Array, Array]:
+        """Normals a small step along each tangent, by central differences."""
+        axes = tangent_axes(unit_rows(self._value_and_gradient(points)[1]))
+        step = 1e-3 * self.width_m
+        turned: list[Array] = []
+        for k in range(2):
+            ends = [
+                unit_rows(self._value_and_gradient(points + s * step * axes[:, :, k])[1]) for s in (1, -1)
+            ]
+            turned.append(np.einsum("mi,mia->ma", (ends[0] - ends[1]) / (2 * step), axes))
+        operator = np.stack(turned, axis=2)
+        return 0.5 * (operator + operator.transpose(0, 2, 1)), axes
+
+
+def blended_surface(positions_m: Array, normals: Array) -> BlendedSurface:
+    """Surface through taxels.
+
+    Parameters
+    ----------
+    positions_m : ndarray of float64, shape (N, 3)
+        Places of the taxels, metres.
+    normals : ndarray of float64, shape (N, 3)
+        Their outward unit normals.
+
+    Returns
+    -------
+    BlendedSurface
+        It passes through all taxels.
+    """
+    near = neighbours(positions_m, 4)
+    apart = np.linalg.norm(positions_m[near[:, -1]] - positions_m, axis=1) if near.shape[1] else np.ones(1)
+    width = BLEND * float(np.median(apart))
+    tensors = local_quadrics(positions_m, normals)
+    weight = _weights(positions_m, positions_m, width)
+    value = _values(positions_m, positions_m, normals, tensors)
+    heights = np.linalg.lstsq(weight, -np.sum(weight * value, axis=1), rcond=1e-6)[0]
+    return BlendedSurface(positions_m, normals, tensors, heights, width)
+
+
+def _weights(points: Array, positions: Array, width: float) -> Array:
+    """Blending weights (M, N); each row sums to 1."""
+    squared = np.square(positions).sum(axis=1) - 2 * points @ positions.T  # but for what the row shares
+    squared -= squared.min(axis=1, keepdims=True)
+    weight = np.exp(squared * (-0.5 / width**2))
+    return weight / weight.sum(axis=1, keepdims=True)
+
+
+def _values(points: Array, positions: Array, normals: Array, tensors: Array) -> Array:
+    """Values (M, N) of all quadrics at all points, metres: polynomials of the coordinates."""
+    bent = np.einsum("nij,nj->ni", tensors, positions)
+    constant = np.einsum("ni,ni->n", 0.5 * bent - normals, positions)
+    square = np.einsum("mi,mj->mij", points, points).reshape(-1, 9)
+    return 0.5 * square @ tensors.reshape(-1, 9).T + points @ (normals - bent).T + constant
