@@ -2,6 +2,8 @@
 
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
+from evifuse.touch.edges import Edge, find_edge, site_edge
+from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.missing import MissedSite, missed_sites
@@ -10,11 +12,11 @@ from evifuse.touch.primitives import (
     NO_CONTACT,
     PRIMITIVES,
     curvature_threshold_per_m,
-    evidence_from_sites,
     primitive_beliefs,
-    site_evidence,
     table_3_marks,
 )
+from evifuse.touch.reliance import contact_quality, reliance
+from evifuse.touch.resolved import primitive_probabilities
 from evifuse.touch.sensor import sense_curvature
 from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import (
@@ -32,6 +34,7 @@ __all__ = [
     "PRIMITIVES",
     "ContactSite",
     "ContactTrack",
+    "Edge",
     "FeltSite",
     "FeltSurface",
     "LocalCurvature",
@@ -40,16 +43,21 @@ __all__ = [
     "ShapeOperator",
     "chapter_belief",
     "class_probabilities",
+    "contact_quality",
     "contact_track",
     "curvature_threshold_per_m",
     "evidence_from_sites",
+    "find_edge",
     "find_sites",
     "measure_roll",
     "missed_sites",
     "primitive_beliefs",
+    "primitive_probabilities",
+    "reliance",
     "resolved_belief",
     "sense_curvature",
     "shape_operator",
+    "site_edge",
     "site_evidence",
     "smearing_discount",
     "spherical_fingertip",

@@ -1,6 +1,6 @@
 """What touch tells: local curvatures, sites, evidence and its class, as values."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from evifuse.belief.mass import MassFunction
 from evifuse.conductivity import Classification
 from evifuse.touch.curvature import ShapeOperator
+from evifuse.touch.edges import Edge
 from evifuse.touch.primitives import NO_CONTACT, PRIMITIVES
 
 __all__ = ["FeltSite", "FeltSurface", "LocalCurvature"]
@@ -60,13 +61,20 @@ class FeltSite:
     contact : bool
         Whether a surface was met.
     shape : ShapeOperator or None
-        Principal curvatures; None without contact, or if the finger rolled in fewer than two directions.
+        Principal curvatures; None without contact, on an edge, or if the finger rolled in fewer than two
+        directions.
+    evidence : MassFunction
+        What this site alone says, over `CURVATURE_FRAME`.
+    edge : Edge or None
+        The edge or corner that was felt instead of a curvature.
     """
 
     position_m: NDArray[np.float64]
     normal: NDArray[np.float64]
     contact: bool
     shape: ShapeOperator | None
+    evidence: MassFunction
+    edge: Edge | None = None
 
     @property
     def k1_per_m(self) -> float | None:
@@ -116,8 +124,6 @@ class FeltSurface:
             units, curvatures concave up positive, ``k1_per_m`` and ``k2_per_m`` null where they are not
             known.
         """
-        belief = dict.fromkeys((*PRIMITIVES, NO_CONTACT), 0.0) | self.evidence.as_dict()
-        belief["frame"] = belief.pop("frame", 0.0)
         return {
             "local_curvatures": [
                 {
@@ -132,11 +138,17 @@ class FeltSurface:
                 for local in self.local_curvatures
             ],
             "sites": [_site_json(site) for site in self.sites],
-            "belief": belief,
+            "belief": _belief_json(self.evidence),
             "conductivity": self.classification.conductivity,
             "decision": self.classification.decision,
             "warnings": list(self.warnings),
         }
+
+
+def _belief_json(evidence: MassFunction) -> dict[str, float]:
+    belief = dict.fromkeys((*PRIMITIVES, NO_CONTACT), 0.0) | evidence.as_dict()
+    belief["frame"] = belief.pop("frame", 0.0)
+    return belief
 
 
 def _site_json(site: FeltSite) -> dict[str, Any]:
@@ -150,4 +162,6 @@ def _site_json(site: FeltSite) -> dict[str, Any]:
         "k1_direction_rad": None if shape is None else shape.k1_direction_rad,
         "k1_standard_error_per_m": None if shape is None else shape.k1_error_per_m,
         "k2_standard_error_per_m": None if shape is None else shape.k2_error_per_m,
+        "belief": _belief_json(site.evidence),
+        "edge": None if site.edge is None else asdict(site.edge),
     }

@@ -1,24 +1,19 @@
-"""Curvature primitives: from local curvatures with beliefs to evidence over P, C-, C+, H, E-, E+ and N."""
+"""Curvature primitives: table 3, and the chapter's belief of each from local curvatures with beliefs."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from evifuse.belief.frame import Frame
-from evifuse.belief.mass import MassFunction
 from evifuse.errors import UsageError
-from evifuse.touch.curvature import ShapeOperator
-from evifuse.touch.smearing import class_probabilities
 
 __all__ = [
+    "CONDITIONS",
     "CURVATURE_FRAME",
     "NO_CONTACT",
     "PRIMITIVES",
     "curvature_threshold_per_m",
-    "evidence_from_sites",
     "primitive_beliefs",
-    "site_evidence",
     "table_3_marks",
 ]
 
@@ -151,99 +146,5 @@ def primitive_beliefs(
     return {p: float(np.mean(found)) if found else 0.0 for p, found in supporters.items()}
 
 
-def site_evidence(
-    shape: ShapeOperator | None,
-    curvatures_per_m: Sequence[float],
-    beliefs: Sequence[float],
-    gamma_per_m: float,
-) -> dict[tuple[str, ...], float]:
-    """Masses from one touched site (our own).
-
-    With two principal curvatures, a primitive gets the probability that they fulfil its condition in table 3
-    (k1 and k2 with normal errors), times the mean of the local beliefs, where a local curvature of a class
-    that the primitive doesn't have counts as 0. With one direction only, the mass goes to the set of the
-    primitives that have such a direction. What is left is the frame's.
-
-    Parameters
-    ----------
-    shape : ShapeOperator or None
-        Principal curvatures, where known.
-    curvatures_per_m : sequence of float
-        Local curvatures of the site, 1/m.
-    beliefs : sequence of float
-        Their beliefs, in [0, 1].
-    gamma_per_m : float
-        Threshold between flat and curved, 1/m.
-
-    Returns
-    -------
-    dict of tuple of str to float
-        Mass of each set of primitives, with a sum of at most 1.
-    """
-    classes = [_class(k, gamma_per_m) for k in curvatures_per_m]
-    if not classes:
-        return {}
-    masses: dict[tuple[str, ...], float] = {}
-    if shape is None:
-        for own, belief in zip(classes, beliefs, strict=True):
-            focal = tuple(p for p, asked in CONDITIONS.items() if own in asked)
-            masses[focal] = masses.get(focal, 0.0) + belief / len(classes)
-        return masses
-    for primitive, probability in _joint_probabilities(shape, gamma_per_m).items():
-        counted = [b for b, own in zip(beliefs, classes, strict=True) if own in CONDITIONS[primitive]]
-        masses[(primitive,)] = probability * sum(counted) / len(classes)
-    return masses
-
-
-def evidence_from_sites(
-    touched: Sequence[Mapping[tuple[str, ...], float]], missed: Sequence[float]
-) -> MassFunction:
-    """Mean of the evidence of all sites, as a mass function over `CURVATURE_FRAME`.
-
-    Parameters
-    ----------
-    touched : sequence of mapping
-        Masses of each touched site, as `site_evidence` gives them.
-    missed : sequence of float
-        Belief in no contact at each missed site, in [0, 1].
-
-    Returns
-    -------
-    MassFunction
-        Every site weighs the same, the balance is on the frame; ignorance without sites.
-    """
-    sites = len(touched) + len(missed)
-    masses: dict[int, float] = {CURVATURE_FRAME.mask(p): 0.0 for p in (*PRIMITIVES, NO_CONTACT)}
-    for found in touched:
-        for focal, mass in found.items():
-            key = CURVATURE_FRAME.mask(focal)
-            masses[key] = masses.get(key, 0.0) + mass / sites
-    for belief in missed:
-        masses[CURVATURE_FRAME.mask(NO_CONTACT)] += belief / sites
-    total = sum(masses.values())
-    if total > 1:  # only the means of table 5 can exceed 1 by more than rounding
-        masses = {focal: mass / total for focal, mass in masses.items()}
-    masses[CURVATURE_FRAME.full] = max(1 - sum(masses.values()), 0.0)
-    return MassFunction(CURVATURE_FRAME, np.array(list(masses), dtype=np.int64), list(masses.values()))
-
-
 def _class(curvature_per_m: float, gamma_per_m: float) -> int:
     return int(curvature_per_m > gamma_per_m) - int(curvature_per_m < -gamma_per_m)
-
-
-def _joint_probabilities(shape: ShapeOperator, gamma_per_m: float) -> dict[str, float]:
-    """Probability that the two principal curvatures make each primitive."""
-    first: NDArray[np.float64] = np.array(
-        class_probabilities(shape.k1_per_m, shape.k1_error_per_m, gamma_per_m)
-    )
-    second = np.array(class_probabilities(shape.k2_per_m, shape.k2_error_per_m, gamma_per_m))
-    joint = np.outer(first, second)
-    both = joint + joint.T
-    return {
-        "P": float(joint[1, 1]),
-        "C-": float(both[0, 1]),
-        "C+": float(both[1, 2]),
-        "H": float(both[0, 2]),
-        "E-": float(joint[0, 0]),
-        "E+": float(joint[2, 2]),
-    }

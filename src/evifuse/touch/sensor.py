@@ -1,20 +1,19 @@
 """The logical curvature sensor: a recording of a rolled finger in, belief over curvature primitives out."""
 
-from evifuse.belief.mass import MassFunction
+import numpy as np
+
 from evifuse.conductivity import KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
+from evifuse.touch.edges import Edge, find_edge, site_edge
+from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.joint import turned_by_joint
-from evifuse.touch.missing import MissedSite, missed_sites
-from evifuse.touch.primitives import (
-    curvature_threshold_per_m,
-    evidence_from_sites,
-    primitive_beliefs,
-    site_evidence,
-)
+from evifuse.touch.missing import missed_sites
+from evifuse.touch.primitives import curvature_threshold_per_m, primitive_beliefs
+from evifuse.touch.reliance import contact_quality, reliance, resolution
 from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import chapter_belief, check_belief_model, resolved_belief, smearing_discount
 
@@ -64,70 +63,104 @@ def sense_curvature(
     rolls = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
     shapes = [shape_operator(found, radius) for found in rolls]
     missed = missed_sites(recording, track.touching, touched, shapes)
-    local = tuple(
-        _local(recording, track, model, gamma, index, roll)
-        for index, found in enumerate(rolls)
-        for roll in found
-    )
-    evidence = _evidence(model, local, shapes, missed, gamma)
+    edges = [site_edge([find_edge(recording, track, site, r) for r in site.rolls]) for site in touched]
+    if model == "chapter":
+        local = _local_by_the_chapter(recording, track, rolls)
+        masses = _masses_by_the_chapter(local, len(touched), gamma)
+    else:
+        relied = [
+            _relied_on(recording, track, found, shape, gamma) if edge is None else 0.0
+            for found, shape, edge in zip(rolls, shapes, edges, strict=True)
+        ]
+        local = _local(rolls, relied, gamma)
+        masses = [site_evidence(*of, gamma) for of in zip(shapes, rolls, relied, strict=True)]
+    evidence = evidence_from_sites(masses, [site.belief for site in missed])
     sites = tuple(
-        FeltSite(site.centre_m - radius * site.normal, site.normal, True, shape)
-        for site, shape in zip(touched, shapes, strict=True)
-    ) + tuple(FeltSite(site.position_m, site.normal, False, None) for site in missed)
+        FeltSite(
+            site.centre_m - radius * site.normal,
+            site.normal,
+            True,
+            shape if edge is None else None,
+            evidence_from_sites([own], []),
+            edge,
+        )
+        for site, shape, own, edge in zip(touched, shapes, masses, edges, strict=True)
+    ) + tuple(
+        FeltSite(site.position_m, site.normal, False, None, evidence_from_sites([], [site.belief]))
+        for site in missed
+    )
     classification = classify(evidence, knowledge)
-    warnings = _warnings(recording, touched, rolls, shapes)
+    warnings = _warnings(recording, touched, rolls, shapes, edges)
     if turned is not None:
         said = f"{recording.name}: the pose leaves out the joint's turn; it is taken from the joint angle"
         warnings = (said, *warnings)
     return FeltSurface(local, sites, evidence, classification, gamma, warnings)
 
 
-def _local(
+def _relied_on(
     recording: TouchRecording,
     track: ContactTrack,
-    model: str,
+    rolls: list[RollCurvature],
+    shape: ShapeOperator | None,
     gamma_per_m: float,
-    site: int,
-    roll: RollCurvature,
-) -> LocalCurvature:
-    tip = recording.fingertip
-    samples = roll.samples[:: max(1, len(roll.samples) // CONTACT_POINTS)]
-    discount = smearing_discount(
-        tip, track.direction[samples], recording.pressure_pa[samples], track.threshold_pa
+) -> float:
+    """How far the estimate of a site is relied on."""
+    if not rolls:
+        return 0.0
+    samples = np.concatenate([roll.samples for roll in rolls])
+    terms = contact_quality(recording, track, samples, float(np.median([roll.slip for roll in rolls])))
+    if shape is not None:
+        terms["unresolved"] = resolution(shape, gamma_per_m)
+    return reliance(terms)
+
+
+def _local(
+    rolls: list[list[RollCurvature]], relied: list[float], gamma_per_m: float
+) -> tuple[LocalCurvature, ...]:
+    return tuple(
+        _as_local(
+            index,
+            roll,
+            resolved_belief(share, roll.curvature_per_m, roll.standard_error_per_m, gamma_per_m),
+        )
+        for index, (found, share) in enumerate(zip(rolls, relied, strict=True))
+        for roll in found
     )
+
+
+def _local_by_the_chapter(
+    recording: TouchRecording, track: ContactTrack, rolls: list[list[RollCurvature]]
+) -> tuple[LocalCurvature, ...]:
+    tip = recording.fingertip
+    local: list[LocalCurvature] = []
+    for index, found in enumerate(rolls):
+        for roll in found:
+            some = roll.samples[:: max(1, len(roll.samples) // CONTACT_POINTS)]
+            discount = smearing_discount(
+                tip, track.direction[some], recording.pressure_pa[some], track.threshold_pa
+            )
+            cone = roll.curvature_per_m - 1 / tip.radius_m
+            local.append(_as_local(index, roll, chapter_belief(discount, cone, tip.radius_m)))
+    return tuple(local)
+
+
+def _as_local(site: int, roll: RollCurvature, belief: float) -> LocalCurvature:
     k, error = roll.curvature_per_m, roll.standard_error_per_m
-    if model == "chapter":
-        belief = chapter_belief(discount, k - 1 / tip.radius_m, tip.radius_m)
-    else:
-        belief = resolved_belief(discount, k, error, gamma_per_m)
     return LocalCurvature(site, roll.direction_rad, k, error, belief, roll.joint_curvature_per_m, roll.slip)
 
 
-def _evidence(
-    model: str,
-    local: tuple[LocalCurvature, ...],
-    shapes: list[ShapeOperator | None],
-    missed: list[MissedSite],
-    gamma_per_m: float,
-) -> MassFunction:
-    curvatures = [c.curvature_per_m for c in local]
-    beliefs = [c.belief for c in local]
-    sites = [c.site for c in local]
-    if model == "chapter":
-        means = primitive_beliefs(curvatures, beliefs, sites=sites, gamma_per_m=gamma_per_m)
-        scale = max(sum(means.values()), 1.0)
-        touched = [{(p,): b / scale for p, b in means.items()}] * len(shapes)
-    else:
-        touched = [
-            site_evidence(
-                shape,
-                [k for k, site in zip(curvatures, sites, strict=True) if site == index],
-                [b for b, site in zip(beliefs, sites, strict=True) if site == index],
-                gamma_per_m,
-            )
-            for index, shape in enumerate(shapes)
-        ]
-    return evidence_from_sites(touched, [site.belief for site in missed])
+def _masses_by_the_chapter(
+    local: tuple[LocalCurvature, ...], sites: int, gamma_per_m: float
+) -> list[dict[tuple[str, ...], float]]:
+    """The averages of table 5, over all sites: each site gets the same."""
+    means = primitive_beliefs(
+        [c.curvature_per_m for c in local],
+        [c.belief for c in local],
+        sites=[c.site for c in local],
+        gamma_per_m=gamma_per_m,
+    )
+    scale = max(sum(means.values()), 1.0)
+    return [{(p,): b / scale for p, b in means.items()}] * sites
 
 
 def _warnings(
@@ -135,12 +168,16 @@ def _warnings(
     touched: list[ContactSite],
     rolls: list[list[RollCurvature]],
     shapes: list[ShapeOperator | None],
+    edges: list[Edge | None],
 ) -> tuple[str, ...]:
     said: list[str] = []
     name = recording.name
     if not touched:
         said.append(f"{name}: the finger met nothing at all; check that it reached the surface")
-    for index, (found, shape) in enumerate(zip(rolls, shapes, strict=True)):
+    for index, (found, shape, edge) in enumerate(zip(rolls, shapes, edges, strict=True)):
+        if edge is not None:
+            said.append(f"{name}: site {index} is {edge}; it has no curvature")
+            continue
         if not found:
             said.append(f"{name}: site {index} was touched but not rolled over; roll the finger further")
         elif shape is None:

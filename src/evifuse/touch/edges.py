@@ -1,0 +1,151 @@
+"""Edges and corners: where the surface turns more sharply than the fingertip can follow (our own).
+
+On a smooth surface the contact travels while the finger turns. On a convex edge the normal turns while the
+contact stays: the finger's centre runs a circle of its own radius about the edge. In a concave one the centre
+stays while the contact jumps from one side to the other. Neither is a curvature: its value would say how
+sharp the taxels are, not what the surface is like. Such a site gives no evidence over the primitives, and a
+warning.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.contact import ContactTrack
+from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.rolling import tangents
+from evifuse.touch.sites import ContactSite
+
+__all__ = ["Edge", "find_edge", "site_edge"]
+
+SHARP = 0.1
+"""An edge's radius is below this share of the fingertip's (concave: the centre's way is)."""
+SMALLEST_TURN_RAD = 0.25
+"""An edge turns the normal by so much at least: 14 degrees."""
+TIMES_THE_ERROR = 3.0
+"""How many standard errors the radius must be clear of what counts as sharp."""
+CORNER_RAD = 0.5
+"""Where rolls turn about axes that differ by more than this (29 degrees), several edges meet."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An edge that was rolled over.
+
+    Parameters
+    ----------
+    turn_rad : float
+        Angle by which the normal turned, radians.
+    width_m : float
+        How far the contact (concave: the finger's centre) went meanwhile, metres.
+    convex : bool
+        Whether it sticks out.
+    direction_rad : float
+        Direction in which the normal turned, in the site's tangent plane, in [0, pi).
+    corner : bool
+        Whether the rolls of the site turned in different directions.
+    """
+
+    turn_rad: float
+    width_m: float
+    convex: bool
+    direction_rad: float
+    corner: bool = False
+
+    def __str__(self) -> str:
+        """As warnings say it."""
+        kind = ("a corner" if self.corner else "an edge") if self.convex else "an inner edge"
+        return f"{kind} (turn {self.turn_rad:.1f} rad within {1000 * self.width_m:.1f} mm)"
+
+
+def find_edge(
+    recording: TouchRecording, track: ContactTrack, site: ContactSite, roll: NDArray[np.int64]
+) -> Edge | None:
+    """Edge that one roll crosses.
+
+    Of all stretches of the roll that turn by 0.25 rad or more with a radius of curvature below a tenth of
+    the fingertip's, the one that turns most.
+
+    Parameters
+    ----------
+    recording : TouchRecording
+        T samples.
+    track : ContactTrack
+        Its contact.
+    site : ContactSite
+        The site that the roll crosses.
+    roll : ndarray of int64, shape (M,)
+        Samples of the roll.
+
+    Returns
+    -------
+    Edge or None
+        None for a smooth surface, and where the errors are too large to tell.
+    """
+    radius = recording.fingertip.radius_m
+    path, turn, normal, error_rad = _stretches(recording, track, site, roll)
+    error = TIMES_THE_ERROR * np.sqrt(2) * radius * error_rad
+    moved, turned = path[None, :] - path[:, None], turn[None, :] - turn[:, None]
+    found: list[Edge] = []
+    for convex, total, width in (
+        (True, turned, np.abs(moved - radius * turned)),
+        (False, -turned, np.abs(moved)),
+    ):
+        sharp = (total >= SMALLEST_TURN_RAD) & (moved >= -error) & (width + error <= SHARP * radius * total)
+        if sharp.any():
+            i, j = np.unravel_index(int(np.argmax(np.where(sharp, total, 0.0))), sharp.shape)
+            across = normal[j] - normal[i]
+            facing = float(np.arctan2(across[1], across[0]) % np.pi)
+            found.append(Edge(float(total[i, j]), float(width[i, j]), convex, facing))
+    return max(found, key=lambda edge: edge.turn_rad, default=None)
+
+
+def site_edge(edges: Sequence[Edge | None]) -> Edge | None:
+    """What the rolls of a site say together: a smooth surface, an edge, or a corner.
+
+    Parameters
+    ----------
+    edges : sequence of Edge or None
+        Of each roll.
+
+    Returns
+    -------
+    Edge or None
+        The one that turns most.
+    """
+    found = [edge for edge in edges if edge is not None]
+    if not found:
+        return None
+    most = max(found, key=lambda edge: edge.turn_rad)
+    apart = max(abs(np.angle(np.exp(2j * (edge.direction_rad - most.direction_rad)))) / 2 for edge in found)
+    return replace(most, corner=bool(apart > CORNER_RAD))
+
+
+def _stretches(
+    recording: TouchRecording, track: ContactTrack, site: ContactSite, roll: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
+    """Path of the centre (B,), turn (B,), normal (B, 2) of B parts of a roll; the turn's standard error.
+
+    Path and turn are those in the plane of the roll. The path is summed along the surface's tangent, not over
+    its own steps, so that noise doesn't lengthen it. The error is that of second differences, which a steady
+    turn doesn't have; the few at the ends of an edge are left out.
+    """
+    axes = np.stack([*tangents(site.normal), site.normal], axis=1)
+    centre, normal = recording.position_m[roll] @ axes, track.normal[roll] @ axes
+    radius = recording.fingertip.radius_m
+    extent = np.linalg.norm(np.ptp(centre, axis=0)) + radius * np.linalg.norm(np.ptp(normal[:, :2], axis=0))
+    count = int(np.clip(2 * extent / taxel_pitch_m(recording.fingertip), 8, min(64, len(roll))))
+    blocks = np.array_split(np.concatenate([centre, normal], axis=1), count)
+    means = np.array([block.mean(axis=0) for block in blocks])
+    way, change = means[-1, :2] - means[0, :2], means[-1, 3:5] - means[0, 3:5]
+    heading = way if np.linalg.norm(way) > SHARP * radius else change
+    heading = heading / max(float(np.linalg.norm(heading)), 1e-12)
+    turn = np.arctan2(means[:, 3:5] @ heading, means[:, 5])
+    middle, step = 0.5 * (turn[1:] + turn[:-1]), np.diff(means[:, :3], axis=0)
+    steps = step[:, :2] @ heading * np.cos(middle) - step[:, 2] * np.sin(middle)
+    path = np.concatenate([[0.0], np.cumsum(steps)])
+    error = float(np.percentile(np.abs(np.diff(turn, 2)), 90)) / (1.645 * np.sqrt(6)) if count > 3 else 0.0
+    return path, turn, means[:, 3:5], error
