@@ -1,35 +1,51 @@
 """Scenes and touch recordings by file name: the suffix says the format, the content is checked."""
 
 import os
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from evifuse.errors import RecordingError
+from evifuse.recordings.bags import is_bag, read_bag, read_sqlite
 from evifuse.recordings.checks import checked_touch
 from evifuse.recordings.images import read_image
-from evifuse.recordings.mcap_scene import read_mcap
+from evifuse.recordings.mcap_reader import read_raw
+from evifuse.recordings.mcap_scene import RawScene, raw_scene, scene_of
 from evifuse.recordings.mcap_writer import write_mcap
-from evifuse.recordings.npz import read_npz, write_npz
-from evifuse.recordings.recording import Scene, TouchRecording
-from evifuse.recordings.tables import read_csv, write_csv
+from evifuse.recordings.npz import raw_npz, write_npz
+from evifuse.recordings.parquet import raw_parquet, write_parquet
+from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.recording import Fingertip, Scene, TouchRecording
+from evifuse.recordings.tables import raw_csv, write_csv
 
-__all__ = ["IMAGE_SUFFIXES", "read_scene", "read_touch", "write_scene", "write_touch"]
+__all__ = [
+    "IMAGE_SUFFIXES",
+    "TOUCH_SUFFIXES",
+    "read_raw_scene",
+    "read_scene",
+    "read_touch",
+    "write_scene",
+    "write_touch",
+]
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp", ".pgm", ".ppm", ".pnm")
 """Files that are read as a picture."""
+TOUCH_SUFFIXES = (".mcap", ".csv", ".npz", ".parquet", ".db3")
+"""Files that are read as a recording of touch."""
 
-_READERS = {".csv": read_csv, ".npz": read_npz}
-_WRITERS = {".csv": write_csv, ".npz": write_npz}
+_WRITERS = {".csv": write_csv, ".npz": write_npz, ".parquet": write_parquet}
 
 
 def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
-    """Read a scene: an MCAP file, a picture alone, or a touch alone (CSV, NPZ).
+    """Read a scene: an MCAP file or ROS 2 bag, a picture alone, or a touch alone (CSV, NPZ, Parquet).
 
     Parameters
     ----------
     path : str or path-like
-        The file, or the folder that ``ros2 bag record`` made with one MCAP file in it.
+        The file, or the folder that ``ros2 bag record`` made.
     partial : bool
-        Accept what is whole of an MCAP file that was cut off or damaged.
+        Accept what is whole of a file that was cut off or damaged: up to the last whole chunk of an MCAP
+        file, the last whole row of a CSV file. The touch's notes say so.
 
     Returns
     -------
@@ -42,47 +58,108 @@ def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
         If the file is missing, of an unknown format, damaged, or its content is not valid.
     ImageError
         If a picture can't be read.
+    MissingExtraError
+        If it is a Parquet file and pyarrow is not installed.
     """
     file = _existing(path)
-    suffix = file.suffix.lower()
-    if suffix in IMAGE_SUFFIXES:
+    if file.suffix.lower() in IMAGE_SUFFIXES:
         return Scene(read_image(file), None, None, file.name)
-    if suffix in _READERS:
-        return Scene(None, None, _READERS[suffix](file), file.name)
-    if suffix == ".mcap" or _is_mcap(file):
-        return read_mcap(file, partial=partial)
-    raise RecordingError(
-        f"{file}: unknown format {suffix or 'without suffix'}: use .mcap, .csv, .npz or a picture"
-    )
+    return scene_of(read_raw_scene(file, partial=partial), str(file), partial=partial)
 
 
-def read_touch(path: str | os.PathLike[str], *, partial: bool = False) -> TouchRecording:
-    """Read a touch recording: MCAP, CSV or NPZ.
+def read_touch(
+    path: str | os.PathLike[str], *, partial: bool = False, fingertip: Fingertip | None = None
+) -> TouchRecording:
+    """Read a touch recording: MCAP, ROS 2 bag, CSV, NPZ or Parquet.
 
     Parameters
     ----------
     path : str or path-like
-        The file.
+        The file, or the folder that ``ros2 bag record`` made.
     partial : bool
-        Accept what is whole of an MCAP file that was cut off or damaged.
+        Accept what is whole of a file that was cut off or damaged, as `read_scene` does.
+    fingertip : Fingertip, optional
+        Geometry of the fingertip, instead of the file's own.
 
     Returns
     -------
     TouchRecording
-        The recording, checked, in SI units.
+        The recording, checked, in SI units; its notes say what was left out or interpolated.
 
     Raises
     ------
     RecordingError
         If the file is missing, of an unknown format, damaged, holds no touch, or its content is not valid.
+    MissingExtraError
+        If it is a Parquet file and pyarrow is not installed.
     """
     file = _existing(path)
-    if file.suffix.lower() in IMAGE_SUFFIXES:
-        raise RecordingError(f"{file}: a picture holds no touch: give a .mcap, .csv or .npz recording")
-    touch = read_scene(file, partial=partial).touch
-    if touch is None:
-        raise RecordingError(f"{file}: the recording holds no touch (no topic /finger/taxels): record it too")
+    raw = read_raw_scene(file, partial=partial, pictures=False)
+    if raw.touch is None and (partial or not raw.damage):
+        cut = f" ({raw.damage})" if raw.damage else ""
+        raise RecordingError(
+            f"{file}: the recording holds no touch (no topic /finger/taxels){cut}: record it too"
+        )
+    if fingertip is not None and raw.touch is not None:
+        raw = replace(raw, touch=_with_fingertip(raw.touch, fingertip))
+    touch = scene_of(raw, str(file), partial=partial).touch
+    assert touch is not None
     return touch
+
+
+def _with_fingertip(raw: RawTouch, tip: Fingertip) -> RawTouch:
+    lacking = {part: line for part, line in raw.lacking.items() if part != "fingertip"}
+    return replace(
+        raw, radius_m=tip.radius_m, positions_m=tip.positions_m, normals=tip.normals, lacking=lacking
+    )
+
+
+def read_raw_scene(path: str | os.PathLike[str], *, partial: bool = True, pictures: bool = True) -> RawScene:
+    """Read what a recording holds without refusing anything of it.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file, or the folder that ``ros2 bag record`` made.
+    partial : bool
+        Leave out a row of a CSV file that is cut off.
+    pictures : bool
+        Whether to look at the picture at all.
+
+    Returns
+    -------
+    RawScene
+        With a line for everything that is missing.
+
+    Raises
+    ------
+    RecordingError
+        If the file is missing, of an unknown format, or can't be read at all.
+    MissingExtraError
+        If it is a Parquet file and pyarrow is not installed.
+    """
+    file = _existing(path)
+    suffix = file.suffix.lower()
+    if file.is_dir():
+        return raw_scene(read_bag(file), file.name, pictures=pictures)
+    if suffix in IMAGE_SUFFIXES:
+        formats = ", ".join(TOUCH_SUFFIXES)
+        raise RecordingError(f"{file}: a picture holds no touch: give a recording ({formats} or a bag)")
+    tables: dict[str, Callable[[], RawTouch]] = {
+        ".csv": lambda: raw_csv(file, partial=partial),
+        ".npz": lambda: raw_npz(file),
+        ".parquet": lambda: raw_parquet(file),
+    }
+    if suffix in tables:
+        touch = tables[suffix]()
+        return RawScene(file.name, touch, damage=touch.damage)
+    if suffix == ".db3":
+        return raw_scene(read_sqlite(file), file.name, pictures=pictures)
+    if suffix == ".mcap" or _is_mcap(file):
+        return raw_scene(read_raw(file), file.name, pictures=pictures)
+    raise RecordingError(
+        f"{file}: unknown format {suffix or 'without suffix'}: use {', '.join(TOUCH_SUFFIXES)} or a picture"
+    )
 
 
 def write_scene(path: str | os.PathLike[str], scene: Scene) -> None:
@@ -108,7 +185,7 @@ def write_scene(path: str | os.PathLike[str], scene: Scene) -> None:
 
 
 def write_touch(path: str | os.PathLike[str], touch: TouchRecording) -> None:
-    """Write a touch recording as MCAP, CSV or NPZ; the file appears whole or not at all.
+    """Write a touch recording as MCAP, CSV, NPZ or Parquet; the file appears whole or not at all.
 
     Parameters
     ----------
@@ -128,15 +205,14 @@ def write_touch(path: str | os.PathLike[str], touch: TouchRecording) -> None:
     elif suffix in _WRITERS:
         _WRITERS[suffix](path, checked_touch(touch))
     else:
-        raise RecordingError(f"{path}: unknown format {suffix or 'without suffix'}: use .mcap, .csv or .npz")
+        raise RecordingError(
+            f"{path}: unknown format {suffix or 'without suffix'}: use .mcap, .csv, .npz or .parquet"
+        )
 
 
 def _existing(path: str | os.PathLike[str]) -> Path:
     file = Path(path)
-    if file.is_dir():
-        inside = sorted(file.glob("*.mcap"))
-        if len(inside) == 1 and (file / "metadata.yaml").exists():
-            return inside[0]  # as `ros2 bag record` leaves it
+    if file.is_dir() and not is_bag(file):
         raise RecordingError(f"{file}: this is a folder: name the recording's file in it")
     if not file.exists():
         raise RecordingError(f"{file}: there is no such file: check its name")

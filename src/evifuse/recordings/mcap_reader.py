@@ -2,6 +2,7 @@
 
 import os
 import struct
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -118,16 +119,15 @@ def read_raw(path: str | os.PathLike[str]) -> RawRecording:
         size = path.stat().st_size
         if size == 0:
             raise RecordingError(f"{path}: the file is empty: record or copy it again")
-        with path.open("rb") as stream:
-            if stream.read(8) != b"\x89MCAP0\r\n":
-                raise RecordingError(
-                    f"{path}: this is not an MCAP file (wrong first bytes): check the file's name"
-                )
-            stream.seek(0)
-            try:
-                _collect(stream, size, topics)
-            except _damages():
-                damage = "the file is cut off or damaged"
+        data = path.read_bytes()
+        if not data.startswith(_MAGIC):
+            raise RecordingError(
+                f"{path}: this is not an MCAP file (wrong first bytes): check the file's name"
+            )
+        try:
+            _Found(topics).file(data)
+        except _damages():
+            damage = "the file is cut off or damaged"
     except OSError as error:
         raise RecordingError(f"{path}: can't read the file: {error.strerror or error}") from error
     return RawRecording(topics, damage)
@@ -136,51 +136,53 @@ def read_raw(path: str | os.PathLike[str]) -> RawRecording:
 def _damages() -> tuple[type[Exception], ...]:
     """What the readers raise on bytes that are not what they should be."""
     import zstandard
-    from mcap.exceptions import McapError
 
     values = (ValueError, KeyError, OverflowError)  # ValueError: wrong checksums and broken text too
-    return (McapError, zstandard.ZstdError, struct.error, RuntimeError, MemoryError, *values)
+    return (zstandard.ZstdError, struct.error, RuntimeError, MemoryError, *values)
 
 
-def _collect(stream: Any, size: int, topics: dict[str, Topic]) -> None:
-    """Records of the file in order; those of a chunk are told apart here, as there are many."""
-    from mcap.records import Channel, Chunk, Message, Schema
-    from mcap.stream_reader import StreamReader, get_chunk_data_stream
-
-    found = _Found(topics)
-    reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
-    for record in reader.records:
-        if isinstance(record, Chunk):
-            content, length = get_chunk_data_stream(record, validate_crc=True)
-            found.chunk(content.read(length))
-        elif isinstance(record, Schema):
-            found.kinds[record.id] = record.name
-        elif isinstance(record, Channel):
-            found.channel(record.id, record.schema_id, record.topic, record.message_encoding)
-        elif isinstance(record, Message):
-            topic = found.channels[record.channel_id]
-            topic.log_time_ns.append(record.log_time)
-            topic.data.append(record.data)
-
-
-_SCHEMA, _CHANNEL, _MESSAGE = 3, 4, 5
+_MAGIC = b"\x89MCAP0\r\n"
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 2, 3, 4, 5, 6, 15
 _RECORD, _MESSAGE_HEADER = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 
 
 @dataclass
 class _Found:
-    """Schemas and channels seen so far, and the messages by topic."""
+    """Schemas and channels seen so far, and the messages by topic. Layouts as MCAP's specification has them.
+
+    What is read of a record is checked to lie within it, and content against its checksum where it has one.
+    """
 
     topics: dict[str, Topic]
     kinds: dict[int, str] = field(default_factory=dict[int, str])
     channels: dict[int, Topic] = field(default_factory=dict[int, Topic])
 
-    def channel(self, number: int, schema: int, name: str, encoding: str) -> None:
-        topic = Topic(name, self.kinds.get(schema, ""), encoding)
-        self.channels[number] = self.topics.setdefault(name, topic)
+    def file(self, data: bytes) -> None:
+        """All records; ValueError or struct.error at the first damage."""
+        at, ended = len(_MAGIC), False
+        while True:
+            start = at
+            kind, length = _RECORD.unpack_from(data, at)
+            at, end = at + _RECORD.size, at + _RECORD.size + length
+            if end > len(data):
+                raise ValueError("a record goes on beyond the file")
+            if kind == _CHUNK and not ended:
+                self.records(_unpacked(data[at:end]))
+            elif kind == _DATA_END:
+                ended = True
+                _check(struct.unpack_from("<I", data, at)[0], memoryview(data)[:start])
+            elif kind == _FOOTER:
+                summary, _, checksum = struct.unpack_from("<QQI", data, at)
+                _check(checksum, memoryview(data)[summary : end - 4])
+                if not ended or data[end:] != _MAGIC:
+                    raise ValueError("the end of the file is not that of an MCAP file")
+                return
+            elif not ended:
+                self.record(data, kind, at, end)
+            at = end
 
-    def chunk(self, data: bytes) -> None:
-        """Records of a chunk: layouts as the MCAP specification has them."""
+    def records(self, data: bytes) -> None:
+        """Records of a chunk."""
         at = 0
         while at < len(data):
             kind, length = _RECORD.unpack_from(data, at)
@@ -188,19 +190,55 @@ class _Found:
             end = at + length
             if end > len(data):
                 raise ValueError("a record goes on beyond its chunk")
-            if kind == _MESSAGE:
-                number, _, log_time, _ = _MESSAGE_HEADER.unpack_from(data, at)
-                topic = self.channels[number]
-                topic.log_time_ns.append(log_time)
-                topic.data.append(data[at + _MESSAGE_HEADER.size : end])
-            elif kind == _SCHEMA:
-                number = struct.unpack_from("<H", data, at)[0]
-                self.kinds[number] = _text(data, at + 2)[0]
-            elif kind == _CHANNEL:
-                number, schema = struct.unpack_from("<HH", data, at)
-                name, after = _text(data, at + 4)
-                self.channel(number, schema, name, _text(data, after)[0])
+            self.record(data, kind, at, end)
             at = end
+
+    def record(self, data: bytes, kind: int, at: int, end: int) -> None:
+        """One schema, channel or message; other records say nothing that is needed."""
+        if kind == _MESSAGE:
+            number, _, log_time, _ = _MESSAGE_HEADER.unpack_from(data, at)
+            topic = self.channels[number]
+            topic.log_time_ns.append(log_time)
+            topic.data.append(data[at + _MESSAGE_HEADER.size : end])
+        elif kind == _SCHEMA:
+            number = struct.unpack_from("<H", data, at)[0]
+            self.kinds[number] = _text(data, at + 2)[0]
+        elif kind == _CHANNEL:
+            number, schema = struct.unpack_from("<HH", data, at)
+            name, after = _text(data, at + 4)
+            self.channel(number, schema, name, _text(data, after)[0])
+
+    def channel(self, number: int, schema: int, name: str, encoding: str) -> None:
+        topic = Topic(name, self.kinds.get(schema, ""), encoding)
+        self.channels[number] = self.topics.setdefault(name, topic)
+
+
+def _check(expected: int, data: "bytes | memoryview") -> None:
+    """Compare a checksum; 0 means that the writer made none."""
+    if expected and zlib.crc32(data) != expected:
+        raise ValueError("wrong checksum")
+
+
+def _unpacked(chunk: bytes) -> bytes:
+    """Records of a chunk."""
+    _, _, size, checksum = struct.unpack_from("<QQQI", chunk)
+    compression, at = _text(chunk, 28)
+    length = struct.unpack_from("<Q", chunk, at)[0]
+    data = chunk[at + 8 : at + 8 + length]
+    if compression == "zstd":
+        import zstandard
+
+        data = zstandard.decompress(data, max_output_size=size)
+    elif compression == "lz4":
+        from lz4 import frame
+
+        data = bytes(frame.decompress(data))
+    elif compression:
+        raise ValueError(f"unknown compression {compression!r}")
+    if len(data) != size:
+        raise ValueError("a chunk is not as long as it says")
+    _check(checksum, data)
+    return data
 
 
 def _text(data: bytes, at: int) -> tuple[str, int]:

@@ -2,7 +2,8 @@
 
 ``radius_m, positions_m, normals`` describe the fingertip; ``time_ns, position_m, orientation_xyzw,
 joint_angle_rad`` and ``pressure_pa`` are the samples. Instead of ``pressure_pa`` there may be ``pressure``
-with ``pressure_unit`` and, where they are needed, ``taxel_area_m2`` and ``pressure_offset``.
+with ``pressure_unit`` and, where they are needed, ``taxel_area_m2`` and ``pressure_offset``. Poses or joint
+angles at another rate have times of their own, ``pose_time_ns`` and ``joint_time_ns``.
 """
 
 import os
@@ -16,18 +17,24 @@ from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
 from evifuse.recordings.atomic import replacing
-from evifuse.recordings.checks import checked_touch, finite
-from evifuse.recordings.recording import Fingertip, TouchRecording
-from evifuse.recordings.units import to_pascal
+from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.recording import TouchRecording
 
-__all__ = ["read_npz", "write_npz"]
+__all__ = ["raw_npz", "write_npz"]
 
 _SAMPLES = ("time_ns", "position_m", "orientation_xyzw", "joint_angle_rad")
 _FINGERTIP = ("radius_m", "positions_m", "normals")
+_PARTS = {
+    "fingertip": _FINGERTIP,
+    "time": _SAMPLES[:1],
+    "pose": _SAMPLES[1:3],
+    "joint": _SAMPLES[3:],
+    "pressure": ("pressure_pa",),
+}
 
 
-def read_npz(path: str | os.PathLike[str]) -> TouchRecording:
-    """Read a touch recording from a NumPy archive.
+def raw_npz(path: str | os.PathLike[str]) -> RawTouch:
+    """Read a touch from a NumPy archive as it is.
 
     Parameters
     ----------
@@ -36,28 +43,93 @@ def read_npz(path: str | os.PathLike[str]) -> TouchRecording:
 
     Returns
     -------
-    TouchRecording
-        The recording, checked.
+    RawTouch
+        With a line for each array that is missing.
 
     Raises
     ------
     RecordingError
-        If the file is not such an archive, an array is missing or not valid.
+        If the file is not such an archive, or an array is not of numbers.
     """
     name = Path(path).name
     arrays = _arrays(path)
-    needed = _FINGERTIP + _SAMPLES
-    missing = [key for key in needed if key not in arrays]
-    if "pressure_pa" not in arrays and not {"pressure", "pressure_unit"} <= arrays.keys():
-        missing.append("pressure_pa")
-    if missing:
+    lacking: dict[str, str] = {}
+    for part, keys in _PARTS.items():
+        for key in keys:
+            if key not in arrays:
+                needed = ", ".join(sum(_PARTS.values(), ()))
+                lacking[part] = f"{path}: array {key!r} is missing: the archive needs {needed}"
+                break
+    if "pressure" in arrays and "pressure_unit" in arrays:
+        lacking.pop("pressure", None)
+    time_ns = _times(arrays, "time_ns", "time_ns", name)
+    pressure, unit = _pressure(arrays, None if "time" in lacking else len(time_ns), name)
+    taxels = len(arrays.get("positions_m", ())) if "pressure" in lacking else pressure.shape[1]
+    clocked = "time" not in lacking
+    pose_ns, pose = _no_times(), np.zeros((0, 7))
+    if clocked and "pose" not in lacking:
+        pose_ns = _times(arrays, "pose_time_ns", "time_ns", name)
+        position = _floats(arrays, "position_m", (len(pose_ns), 3), name)
+        pose = np.hstack([position, _floats(arrays, "orientation_xyzw", (len(pose_ns), 4), name)])
+    joint_ns, angle = _no_times(), np.zeros(0)
+    if clocked and "joint" not in lacking:
+        joint_ns = _times(arrays, "joint_time_ns", "time_ns", name)
+        angle = _floats(arrays, "joint_angle_rad", (len(joint_ns),), name)
+    tip: dict[str, Any] = {}
+    if "fingertip" not in lacking:
+        tip["radius_m"] = _number(arrays, "radius_m", 0.0, name)
+        tip |= {key: _floats(arrays, key, (taxels, 3), name) for key in ("positions_m", "normals")}
+    if not len(time_ns) and "time" not in lacking:
+        lacking["time"] = f"{name}: the recording has no samples (T = 0): record at least one roll"
+    return RawTouch(
+        name,
+        time_ns=time_ns,
+        pressure=pressure,
+        unit=unit,
+        area_m2=_number(arrays, "taxel_area_m2", 0.0, name),
+        offset=_number(arrays, "pressure_offset", 0.0, name),
+        pose_time_ns=pose_ns,
+        pose=pose,
+        joint_time_ns=joint_ns,
+        joint_rad=angle,
+        called=_called(arrays),
+        lacking=lacking,
+        **tip,
+    )
+
+
+def _no_times() -> NDArray[np.int64]:
+    return np.zeros(0, np.int64)
+
+
+def _called(arrays: dict[str, NDArray[Any]]) -> dict[str, str]:
+    return {
+        "time": "time_ns",
+        "pose": "pose_time_ns" if "pose_time_ns" in arrays else "the pose",
+        "joint": "joint_time_ns" if "joint_time_ns" in arrays else "joint_angle_rad",
+    }
+
+
+def _times(arrays: dict[str, NDArray[Any]], key: str, instead: str, name: str) -> NDArray[np.int64]:
+    if key not in arrays:
+        return _no_times() if key == instead else _times(arrays, instead, instead, name)
+    time = arrays[key]
+    if time.ndim != 1 or time.dtype.kind not in "iu" or (time.size and int(time.max()) >= 2**63):
         raise RecordingError(
-            f"{path}: array {missing[0]!r} is missing: the archive needs {', '.join(needed)}"
+            f"{name}: {key} must be whole nanoseconds of shape (T,), not {time.dtype} {time.shape}"
         )
-    fingertip = Fingertip(_number(arrays, "radius_m", 0.0, name), arrays["positions_m"], arrays["normals"])
-    time_ns, position, orientation, angle = (arrays[key] for key in _SAMPLES)
-    pressure = _pressure(arrays, name)
-    return checked_touch(TouchRecording(fingertip, time_ns, position, orientation, angle, pressure, name))
+    return time.astype(np.int64)
+
+
+def _floats(
+    arrays: dict[str, NDArray[Any]], key: str, shape: tuple[int, ...], name: str
+) -> NDArray[np.float64]:
+    values = arrays[key]
+    if values.dtype.kind not in "iuf":
+        raise RecordingError(f"{name}: {key} must be real numbers, not {values.dtype}")
+    if values.shape != shape:
+        raise RecordingError(f"{name}: {key} must have shape {shape}, not {values.shape}")
+    return values.astype(np.float64)
 
 
 def _arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
@@ -82,13 +154,16 @@ def _number(arrays: dict[str, NDArray[Any]], key: str, default: float, name: str
         raise RecordingError(f"{name}: {key} must be one number, not {arrays[key]!r}") from error
 
 
-def _pressure(arrays: dict[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
-    if "pressure_pa" in arrays:
-        return arrays["pressure_pa"]
-    area = _number(arrays, "taxel_area_m2", 0.0, name)
-    offset = _number(arrays, "pressure_offset", 0.0, name)
-    values = finite(arrays["pressure"], "pressure", arrays["pressure"].shape, name)
-    return to_pascal(values, str(arrays["pressure_unit"]), area, offset, name)
+def _pressure(
+    arrays: dict[str, NDArray[Any]], samples: int | None, name: str
+) -> tuple[NDArray[np.float64], str]:
+    """Readings (T, N) and their unit."""
+    key = "pressure_pa" if "pressure_pa" in arrays else "pressure"
+    if key not in arrays:
+        return np.zeros((samples or 0, 0)), ""
+    rows, taxels = arrays[key].shape if arrays[key].ndim == 2 else (0, 0)
+    values = _floats(arrays, key, (rows if samples is None else samples, taxels), name)
+    return values, "Pa" if key == "pressure_pa" else str(arrays.get("pressure_unit", ""))
 
 
 def write_npz(path: str | os.PathLike[str], touch: TouchRecording) -> None:

@@ -8,9 +8,8 @@ Comment lines at the top describe the fingertip, as ``# key: value`` with JSON v
     time_ns,x_m,y_m,z_m,qx,qy,qz,qw,joint_angle_rad,p0_pa,p1_pa
     1700000000000000000,0,0,0.01,0,0,0,1,-0.5,0,0
 
-The pose is that of the fingertip in the world frame. The unit of a pressure is the end of its column's name:
-``_pa``, ``_hpa``, ``_kpa``, ``_mpa`` (megapascals), ``_bar``, or ``_n`` together with ``# taxel_area_m2:
-...``. A reading at no load goes into ``# pressure_offset: ...``, in the same unit.
+A cell may be empty or ``nan`` where nothing was measured. What the columns mean is in
+`evifuse.recordings.columns`.
 """
 
 import json
@@ -24,40 +23,38 @@ from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
 from evifuse.recordings.atomic import replacing
-from evifuse.recordings.checks import checked_touch
-from evifuse.recordings.recording import Fingertip, TouchRecording
-from evifuse.recordings.units import to_pascal
+from evifuse.recordings.columns import FACTS, POSE_COLUMNS, facts_of, raw_of_columns, wrong_columns
+from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.recording import TouchRecording
 
-__all__ = ["POSE_COLUMNS", "read_csv", "write_csv"]
+__all__ = ["raw_csv", "write_csv"]
 
-POSE_COLUMNS = ("time_ns", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "joint_angle_rad")
-"""Columns before the pressures."""
-
-_UNITS = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "n": "N"}
-_KEYS = ("fingertip_radius_m", "taxel_positions_m", "taxel_normals")
+_NEEDED = "a comment line '# {}: ...' is needed above the columns"
 
 
-def read_csv(path: str | os.PathLike[str]) -> TouchRecording:
-    """Read a touch recording from a CSV file.
+def raw_csv(path: str | os.PathLike[str], *, partial: bool = False) -> RawTouch:
+    """Read a touch from a CSV file as it is.
 
     Parameters
     ----------
     path : str or path-like
         The file.
+    partial : bool
+        Leave out a last row that is cut off.
 
     Returns
     -------
-    TouchRecording
-        The recording, checked, in SI units.
+    RawTouch
+        With a line for each part that is missing.
 
     Raises
     ------
     RecordingError
-        If the file is not text, a comment, column or row is missing or not valid, or the unit is unknown.
+        If the file is not text, or a row is not valid.
     """
     file = Path(path)
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        lines = file.read_bytes().decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise RecordingError(f"{file}: this is not a text file: save it as CSV in UTF-8") from error
     except OSError as error:
@@ -67,27 +64,20 @@ def read_csv(path: str | os.PathLike[str]) -> TouchRecording:
         raise RecordingError(
             f"{file}: there is no line with the names of the columns: the file is empty or cut off"
         )
-    facts = _facts(lines[:top], file)
+    known = facts_of(_facts(lines[:top], file), _NEEDED, file)
     names = [name.strip() for name in lines[top].split(",")]
-    unit = _unit_of(names, file)
-    time_ns, numbers = _numbers(lines[top + 1 :], len(names), top + 2, file)
+    rows = [(number, row) for number, row in enumerate(lines[top + 1 :], start=top + 2) if row.strip()]
+    damage = ""
+    if partial and rows and not _is_whole(rows[-1][1], len(names)):
+        damage = f"line {rows[-1][0]} is cut off"
+        rows = rows[:-1]
     try:
-        fingertip = Fingertip(
-            float(facts["fingertip_radius_m"]),
-            np.array(facts["taxel_positions_m"], dtype=np.float64),
-            np.array(facts["taxel_normals"], dtype=np.float64),
-        )
-        area, offset = float(facts.get("taxel_area_m2", 0.0)), float(facts.get("pressure_offset", 0.0))
-    except (TypeError, ValueError) as error:
-        raise RecordingError(
-            f"{file}: a comment line does not hold the numbers it should: {error}"
-        ) from error
-    pressure = to_pascal(numbers[:, 8:], unit, area, offset, file.name)
-    return checked_touch(
-        TouchRecording(
-            fingertip, time_ns, numbers[:, :3], numbers[:, 3:7], numbers[:, 7], pressure, file.name
-        )
-    )
+        time_ns, numbers = _numbers(rows, names, file)
+    except RecordingError as error:
+        for line in wrong_columns(names, file).values():
+            raise RecordingError(line) from error
+        raise
+    return raw_of_columns(file, known, names, time_ns, numbers, damage=damage)
 
 
 def _facts(comments: list[str], file: Path) -> dict[str, Any]:
@@ -98,52 +88,42 @@ def _facts(comments: list[str], file: Path) -> dict[str, Any]:
             continue
         try:
             facts[key.strip()] = json.loads(value)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise RecordingError(f"{file}:{number}: the value of {key.strip()!r} is not JSON") from error
-    for key in _KEYS:
-        if key not in facts:
-            raise RecordingError(f"{file}: a comment line '# {key}: ...' is needed above the columns")
     return facts
 
 
-def _unit_of(names: list[str], file: Path) -> str:
-    """Unit of the pressure columns, after checking that the columns are the documented ones."""
-    if tuple(names[: len(POSE_COLUMNS)]) != POSE_COLUMNS:
-        wrong = next(
-            (i for i, (a, b) in enumerate(zip(names, POSE_COLUMNS, strict=False)) if a != b), len(names)
-        )
-        found = names[wrong] if wrong < len(names) else "nothing"
-        raise RecordingError(f"{file}: column {wrong + 1} must be {POSE_COLUMNS[wrong]!r}, not {found!r}")
-    columns = names[len(POSE_COLUMNS) :]
-    if not columns:
-        raise RecordingError(f"{file}: there are no pressure columns: add p0_pa, p1_pa, ...")
-    first = columns[0].partition("_")[2]
-    for i, name in enumerate(columns):
-        if name != f"p{i}_{first}":
-            raise RecordingError(
-                f"{file}: column {len(POSE_COLUMNS) + i + 1} must be 'p{i}_{first}', not {name!r}"
-            )
-    return _UNITS.get(first, first)
+def _is_whole(row: str, columns: int) -> bool:
+    cells = row.split(",")
+    try:
+        return len(cells) == columns and len([float(cell or "nan") for cell in cells]) == columns
+    except ValueError:
+        return False
 
 
 def _numbers(
-    rows: list[str], columns: int, first_line: int, file: Path
+    rows: list[tuple[int, str]], names: list[str], file: Path
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    filled = [(number, row) for number, row in enumerate(rows, start=first_line) if row.strip()]
-    if not filled:
-        raise RecordingError(f"{file}: the recording has no samples (T = 0): record at least one roll")
-    for line, row in filled:
+    """Times (T,) and all columns (T, C); an empty cell is NaN."""
+    columns = len(names)
+    for line, row in rows:
         if row.count(",") != columns - 1:
             count = row.count(",") + 1
             raise RecordingError(f"{file}:{line}: {count} values for {columns} columns: is the file cut off?")
+    if not rows:
+        return np.zeros(0, np.int64), np.zeros((0, columns))
     try:
-        time_ns = np.array([int(row.partition(",")[0]) for _, row in filled], dtype=np.int64)
-        numbers = np.loadtxt(
-            [row for _, row in filled], delimiter=",", usecols=range(1, columns), comments=None, ndmin=2
-        )
+        first = names.index("time_ns") if "time_ns" in names else -1
+        times = [0 if first < 0 else int(row.split(",", first + 1)[first]) for _, row in rows]
+        filled = [_EMPTY.sub("nan", row) for _, row in rows]
+        numbers = np.loadtxt(filled, delimiter=",", comments=None, ndmin=2)
+        return np.array(times, dtype=np.int64), numbers
     except (ValueError, OverflowError) as error:
-        raise RecordingError(f"{file}:{_first_bad_line(filled)}: not a number: repair that line") from error
-    return time_ns, numbers
+        raise RecordingError(f"{file}:{_first_bad_line(rows)}: not a number: repair that line") from error
+
+
+_EMPTY = re.compile(r"(?<=,)\s*(?=,|$)")
+"""An empty cell; the first of a row is the time and can't be."""
 
 
 def _first_bad_line(rows: list[tuple[int, str]]) -> int:
@@ -151,7 +131,7 @@ def _first_bad_line(rows: list[tuple[int, str]]) -> int:
         head, _, tail = row.partition(",")
         try:
             np.int64(int(head))
-            list(map(float, tail.split(",")))
+            [float(cell.strip() or "nan") for cell in tail.split(",")]
         except (ValueError, OverflowError):
             return line
     return rows[0][0]
@@ -175,7 +155,7 @@ def write_csv(path: str | os.PathLike[str], touch: TouchRecording) -> None:
     taxels = len(touch.fingertip.positions_m)
     facts = dict(
         zip(
-            _KEYS,
+            FACTS,
             (
                 touch.fingertip.radius_m,
                 touch.fingertip.positions_m.tolist(),
