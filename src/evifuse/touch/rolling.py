@@ -3,9 +3,13 @@
 All of it is our own: the chapter takes the rolling directions as commanded, here they are measured.
 """
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.recordings.clock import gaps
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
 
@@ -20,7 +24,7 @@ SHORTEST_ROLL = 0.12
 
 
 def contact_intervals(touching: NDArray[np.bool_], time_ns: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """Intervals of unbroken contact, bounces smoothed away.
+    """Intervals of unbroken contact, bounces smoothed away; a gap in the recording ends an interval.
 
     Parameters
     ----------
@@ -36,12 +40,19 @@ def contact_intervals(touching: NDArray[np.bool_], time_ns: NDArray[np.int64]) -
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
     intervals: list[tuple[int, int]] = []
-    for start, stop in edges.reshape(-1, 2).tolist():
+    after_gaps = gaps(time_ns) + 1
+    for start, stop in _cut(edges.reshape(-1, 2).tolist(), after_gaps.tolist()):
         if intervals and time_ns[start] - time_ns[intervals[-1][1] - 1] < SHORTEST_NS:
             intervals[-1] = (intervals[-1][0], stop)
         else:
             intervals.append((start, stop))
     return [(i, j) for i, j in intervals if j - i > 1 and time_ns[j - 1] - time_ns[i] >= SHORTEST_NS]
+
+
+def _cut(intervals: list[list[int]], at: list[int]) -> Iterator[tuple[int, int]]:
+    """Intervals, in two where one of the samples ``at`` lies within."""
+    for start, stop in intervals:
+        yield from pairwise([start, *(i for i in at if start < i < stop), stop])
 
 
 def split_by_direction(path: NDArray[np.float64], shortest: float) -> list[tuple[int, int]]:
