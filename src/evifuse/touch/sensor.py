@@ -170,7 +170,7 @@ def _warnings(
     shapes: list[ShapeOperator | None],
     edges: list[Edge | None],
 ) -> tuple[str, ...]:
-    said: list[str] = []
+    said: list[str] = list(recording.notes)
     name = recording.name
     if not touched:
         said.append(f"{name}: the finger met nothing at all; check that it reached the surface")
