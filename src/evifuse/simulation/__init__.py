@@ -1,7 +1,25 @@
 """MuJoCo worlds that write recordings: a fingertip rolls over a known surface, a camera looks at it."""
 
+from evifuse.simulation.fingertip import Skin, grid_fingertip
+from evifuse.simulation.noise import NOISES, Noise
 from evifuse.simulation.procedure import Procedure
-from evifuse.simulation.simulate import Noise, SimulatedScene, SiteTruth, Truth, simulate
-from evifuse.simulation.surfaces import SURFACES
+from evifuse.simulation.simulate import SimulatedScene, simulate
+from evifuse.simulation.surface import Surface
+from evifuse.simulation.surfaces import SURFACES, surface
+from evifuse.simulation.truth import SiteTruth, Truth, primitive_of
 
-__all__ = ["SURFACES", "Noise", "Procedure", "SimulatedScene", "SiteTruth", "Truth", "simulate"]
+__all__ = [
+    "NOISES",
+    "SURFACES",
+    "Noise",
+    "Procedure",
+    "SimulatedScene",
+    "SiteTruth",
+    "Skin",
+    "Surface",
+    "Truth",
+    "grid_fingertip",
+    "primitive_of",
+    "simulate",
+    "surface",
+]

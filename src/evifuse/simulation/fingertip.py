@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Fingertip
+from evifuse.simulation.physics import COVER_M, PRESS_N
 from evifuse.simulation.surface import Surface
 
 __all__ = ["Skin", "grid_fingertip", "pressures"]
@@ -30,6 +31,24 @@ class Skin:
 
     stiffness_pa_per_m: float = 3e9
     spread_m: float = 0.35e-3
+
+    def depth_m(self, press_n: float) -> float:
+        """How deep a force presses the skin of a fingertip of about 10 mm into a plane.
+
+        A sphere in a bed of springs k is pressed in by the square root of ``F / (pi k a)``; the softer the
+        skin and the larger the force, the wider is the patch of contact.
+
+        Parameters
+        ----------
+        press_n : float
+            Force, newtons.
+
+        Returns
+        -------
+        float
+            Depth, metres: 0.15 mm with the usual skin and 2 N.
+        """
+        return COVER_M * float(np.sqrt(press_n / PRESS_N * 3e9 / self.stiffness_pa_per_m))
 
 
 def grid_fingertip(radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: float = CAP_RAD) -> Fingertip:
@@ -89,20 +108,22 @@ def pressures(
     ndarray of float64, shape (T, N)
         Pressures, Pa; exactly 0 far from the contact.
     """
-    radius = fingertip.radius_m
+    extent = float(np.linalg.norm(fingertip.positions_m, axis=1).max())
     values = np.zeros((len(position_m), len(fingertip.positions_m)))
     nearest, normals = surface.nearest(position_m)
     height = np.einsum("ij,ij->i", position_m - nearest, normals)
-    touching = np.flatnonzero(height < radius)
+    touching = np.flatnonzero(height < extent)
     if not len(touching):
         return values
     turned = rotation.to_matrix(orientation_xyzw[touching])
     down = np.einsum("tji,tj->ti", turned, normals[touching])
     over_tangent = height[touching, None] + down @ fingertip.positions_m.T
-    deepest = radius - float(height.min())
-    k1 = max(surface.principal_curvatures(point)[0] for point in nearest[touching[:: len(touching) // 8 + 1]])
-    # the edge of the patch is this far over the tangent plane; half as much again for rolls over a saddle
-    close = over_tangent < 1.5 * deepest / (1 - min(radius * max(k1, 0.0), 0.95))
+    aside = np.square(fingertip.positions_m).sum(axis=1) - np.square(over_tangent - height[touching, None])
+    some = nearest[touching[:: len(touching) // 8 + 1]]
+    k1 = max(surface.principal_curvatures(point)[0] for point in some)
+    # a convex surface stays under its tangent plane, a hollow one rises over it; half as much again as a
+    # circle's parabola where it gets steeper
+    close = over_tangent < 0.75 * max(k1, 0.0) * aside + 1e-6
     sample, taxel = np.nonzero(close)
     moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
     points = position_m[touching[sample]] + moved

@@ -1,12 +1,13 @@
 """Surfaces whose two curvatures differ and change from place to place: ellipsoid and torus."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.simulation.surface import Points, Sites, Surface
+from evifuse.simulation.surface import Points, Sites, Surface, Triple
 
 __all__ = ["Ellipsoid", "Torus"]
 
@@ -57,6 +58,35 @@ class Ellipsoid(Surface):
         normals = foot / axes**2
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         return foot - [0.0, 0.0, self.height_m], normals
+
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
+        a, b, c = self.length_m, self.width_m, self.height_m
+        z += c
+        aa, bb, cc = a * a, b * b, c * c
+        t = max(a * abs(x) - aa, b * abs(y) - bb, c * abs(z) - cc, -min(aa, bb, cc) * (1 - 1e-9))
+        for _ in range(60):
+            p, q, r = (a * x / (t + aa)) ** 2, (b * y / (t + bb)) ** 2, (c * z / (t + cc)) ** 2
+            step = (p + q + r - 1) / (2 * (p / (t + aa) + q / (t + bb) + r / (t + cc)))
+            t += step
+            if abs(step) < 1e-15:
+                break
+        u, v, w = x / (t + aa), y / (t + bb), z / (t + cc)
+        length = math.sqrt(u * u + v * v + w * w)
+        return (aa * u, bb * v, cc * w - c), (u / length, v / length, w / length)
 
     def _above(self, x: float, y: float) -> Points | None:
         rest = 1 - (x / self.length_m) ** 2 - (y / self.width_m) ** 2

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from evifuse.errors import MissingExtraError
 from evifuse.simulation.surface import Surface, Triple
 
-__all__ = ["FingerWorld", "load_mujoco"]
+__all__ = ["COVER_M", "PRESS_N", "FingerWorld", "load_mujoco"]
 
 MASS_KG = 0.02
 PRESS_N = 2.0
-"""Force with which the arm presses the finger along the surface normal."""
+"""Force with which the arm usually presses the finger along the surface normal."""
 COVER_M = 0.15e-3
-"""How deep that force presses the taxels into the surface.
+"""How deep that force presses the taxels of the usual skin into the surface.
 
 The contact is as stiff as it takes for the rolling radius under load to be the fingertip's nominal one, which
 is what a calibration by rolling on a plane gives: the sphere of MuJoCo is larger than that by this much, is
@@ -78,11 +78,24 @@ class FingerWorld:
         Radius of the fingertip, metres.
     timestep_s : float
         Length of a physics step, seconds.
+    press_n : float
+        Force along the surface normal, newtons.
+    cover_m : float
+        How deep it presses the taxels in, metres.
     """
 
-    def __init__(self, surface: Surface, radius_m: float, timestep_s: float) -> None:
+    def __init__(
+        self,
+        surface: Surface,
+        radius_m: float,
+        timestep_s: float,
+        press_n: float = PRESS_N,
+        cover_m: float = COVER_M,
+    ) -> None:
         self._mujoco = load_mujoco()
-        text = _WORLD.format(timestep=timestep_s, radius=radius_m + COVER_M, mass=MASS_KG, lag=_CONTACT_LAG_S)
+        lag = _CONTACT_LAG_S * math.sqrt(cover_m / COVER_M * PRESS_N / press_n)
+        text = _WORLD.format(timestep=timestep_s, radius=radius_m + cover_m, mass=MASS_KG, lag=lag)
+        self._press_n = press_n
         self._model = self._mujoco.MjModel.from_xml_string(text)
         self._data = self._mujoco.MjData(self._model)
         self._surface = surface
@@ -129,13 +142,16 @@ class FingerWorld:
         data = self._data
         nearest, (nx, ny, nz) = self._surface.nearest_one(*data.qpos[:3].tolist())
         data.mocap_pos[0] = nearest
-        scale = math.sqrt(2.0 * (1.0 + nz))  # shortest rotation from +z to the normal
-        data.mocap_quat[0] = (scale / 2, -ny / scale, nx / scale, 0.0)
+        if nz > -1.0 + 1e-9:
+            scale = math.sqrt(2.0 * (1.0 + nz))  # shortest rotation from +z to the normal
+            data.mocap_quat[0] = (scale / 2, -ny / scale, nx / scale, 0.0)
+        else:
+            data.mocap_quat[0] = (0.0, 1.0, 0.0, 0.0)
         bx, by, bz = binormal
         along = bx * nx + by * ny + bz * nz
         ax, ay, az = bx - along * nx, by - along * ny, bz - along * nz
         speed = speed_rad_per_s / math.sqrt(ax * ax + ay * ay + az * az)
         turning = data.xmat[_FINGER].reshape(3, 3) @ data.qvel[3:6]
-        data.xfrc_applied[_FINGER, :3] = (-PRESS_N * nx, -PRESS_N * ny, -PRESS_N * nz)
+        data.xfrc_applied[_FINGER, :3] = (-self._press_n * nx, -self._press_n * ny, -self._press_n * nz)
         data.xfrc_applied[_FINGER, 3:] = self._joint_gain * ((speed * ax, speed * ay, speed * az) - turning)
         self._mujoco.mj_step(self._model, data)

@@ -1,4 +1,4 @@
-"""How the finger explores, and where each of its rolls must begin.
+"""How the finger explores, and the way of each of its rolls.
 
 Section 4.1.4 rolls the finger along several meridian planes; the choreography around it is our own.
 """
@@ -8,14 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.errors import UsageError
 from evifuse.recordings import rotation
-from evifuse.simulation.fingertip import CAP_RAD
-from evifuse.simulation.physics import COVER_M
+from evifuse.recordings.recording import Fingertip
+from evifuse.simulation.kinematics import STEPS, Contact, Paths, put_down, roll_paths
 from evifuse.simulation.surface import Surface
+from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
 
-__all__ = ["Procedure", "Start", "roll_start"]
+__all__ = ["Finger", "Procedure", "Roll", "plan_rolls"]
 
 Vector = NDArray[np.float64]
+SHORTEST = 0.1
+"""A roll is at least so long to either side, over the radius of the fingertip."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,9 @@ class Procedure:
         Height to which the finger is lifted, metres.
     depth_m : float
         How far below the expected surface the finger goes before it gives up, metres.
+    press_n : float
+        Force with which the finger is pressed on the surface, newtons; the skin's stiffness says how deep
+        that is.
     """
 
     directions_rad: tuple[float, ...] = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)
@@ -46,96 +53,242 @@ class Procedure:
     transfer_s: float = 0.12
     clearance_m: float = 0.005
     depth_m: float = 0.008
+    press_n: float = 2.0
 
 
 @dataclass(frozen=True)
-class Start:
-    """Where a roll begins.
+class Finger:
+    """A fingertip as the simulation needs it.
 
     Parameters
     ----------
-    position_m : ndarray of float64, shape (3,)
-        Centre of the fingertip, world frame, metres.
-    orientation_xyzw : ndarray of float64, shape (4,)
-        Its orientation.
-    normal : ndarray of float64, shape (3,)
-        Surface normal there.
-    binormal : ndarray of float64, shape (3,)
-        Unit normal of the plane in which the finger is to roll.
-    half_angle_rad : float
-        Angle of the joint from the start to the site, radians.
-    solid : bool
-        Whether there is anything to touch.
+    tip : Fingertip
+        Its taxels.
+    surface : FingerSurface
+        The smooth surface through them.
+    pole_m : ndarray of float64, shape (3,)
+        The point that is put on a site, fingertip frame, metres: where the taxels face on the average.
+    cover_m : float
+        How deep it is pressed in, metres.
     """
 
-    position_m: Vector
-    orientation_xyzw: Vector
-    normal: Vector
+    tip: Fingertip
+    surface: FingerSurface
+    pole_m: Vector
+    cover_m: float
+
+    @property
+    def extent_m(self) -> float:
+        """Largest distance of the finger's surface from the origin of its frame, metres."""
+        return float(np.linalg.norm(self.tip.positions_m, axis=1).max())
+
+    @property
+    def is_sphere(self) -> bool:
+        """Whether it is a sphere around the origin of its frame."""
+        shape = self.surface
+        return isinstance(shape, SphereSurface) and float(np.abs(shape.centre_m).max()) < 1e-6
+
+    @classmethod
+    def of(cls, tip: Fingertip, cover_m: float) -> "Finger":
+        """The finger that has given taxels.
+
+        Parameters
+        ----------
+        tip : Fingertip
+            Its taxels.
+        cover_m : float
+            How deep it is pressed in, metres.
+
+        Returns
+        -------
+        Finger
+            The finger.
+        """
+        surface = surface_of(tip)
+        facing = tip.normals.mean(axis=0)
+        facing /= np.linalg.norm(facing)
+        if isinstance(surface, SphereSurface):
+            pole = surface.centre_m + surface.radius_m * facing
+        else:
+            middle = tip.positions_m - tip.positions_m.mean(axis=0)
+            aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
+            pole = surface.project(tip.positions_m[[int(np.argmin(aside))]])[0][0]
+        return cls(tip, surface, pole, cover_m)
+
+    def reach_m(self, contact: Contact, way: Vector) -> Vector:
+        """How far the taxels go from the pole, along both senses of given directions.
+
+        Parameters
+        ----------
+        contact : Contact
+            M fingers that touch with their pole.
+        way : ndarray of float64, shape (M, 3)
+            Directions, world frame.
+
+        Returns
+        -------
+        ndarray of float64, shape (M,)
+            The shorter of both lengths along the finger's surface, metres.
+        """
+        pole, facing = (values[0] for values in self.surface.project(self.pole_m[None]))
+        beside = self.tip.positions_m - pole
+        turn = np.arccos(np.clip(self.tip.normals @ facing, -1.0, 1.0)) / 2
+        arc = np.linalg.norm(beside, axis=1) / np.sinc(turn / np.pi)
+        inverse = contact.orientation_xyzw * [-1.0, -1.0, -1.0, 1.0]
+        along = rotation.rotate(inverse, way) @ beside.T
+        within = np.cos(np.deg2rad(30)) * np.linalg.norm(beside, axis=1)
+        ends = [np.max(np.where(side * along >= within, arc, 0.0), axis=1) for side in (1, -1)]
+        return np.minimum(*ends)
+
+
+@dataclass(frozen=True)
+class Roll:
+    """The way of one roll.
+
+    Parameters
+    ----------
+    contact : Contact
+        K stations of the way in equal steps.
+    arc_m, turn_rad : ndarray of float64, shape (K,)
+        Length of the way and angle rolled, from the site.
+    binormal : ndarray of float64, shape (3,)
+        Unit normal of the plane in which the finger is to roll.
+    solid : bool
+        Whether there is anything to touch; without, the finger turns on the spot.
+    """
+
+    contact: Contact
+    arc_m: Vector
+    turn_rad: Vector
     binormal: Vector
-    half_angle_rad: float
     solid: bool
 
 
-def roll_start(
-    surface: Surface, radius_m: float, site: tuple[float, float], angle_rad: float, procedure: Procedure
-) -> Start:
-    """Roll back in thought from the site, without slip, to where the roll must begin.
+def plan_rolls(
+    surface: Surface, finger: Finger, sites: tuple[tuple[float, ...], ...], procedure: Procedure
+) -> list[Roll]:
+    """The rolls at every site, sites outermost.
 
-    At the site the pole of the fingertip points into the surface.
+    At the site the pole of the fingertip points into the surface. Rolls end early where the finger would
+    hit another part of the surface or no longer fits.
 
     Parameters
     ----------
     surface : Surface
         What is touched.
-    radius_m : float
-        Radius of the fingertip, metres.
-    site : (x, y)
-        The site, metres.
-    angle_rad : float
-        Direction of the roll, from the world x axis towards y, radians.
+    finger : Finger
+        What rolls.
+    sites : tuple of (x, y) or (x, y, z)
+        The sites, metres.
     procedure : Procedure
-        How far to roll.
+        Directions, and how far to roll.
 
     Returns
     -------
-    Start
-        Pose and plane of the roll.
+    list of Roll
+        One for each site and direction.
+
+    Raises
+    ------
+    UsageError
+        If the finger doesn't fit at a site.
     """
-    place = surface.above(*site)
-    point = np.array([*site, 0.0]) if place is None else place
-    normal = np.array([0.0, 0.0, 1.0]) if place is None else surface.nearest(point[None])[1][0]
-    heading = np.array([np.cos(angle_rad), np.sin(angle_rad), 0.0])
-    binormal = np.cross(normal, heading)
-    binormal /= np.linalg.norm(binormal)
-    along = np.cross(binormal, normal)
-    position = point + radius_m * normal
-    tilt = rotation.about_axis(*_axis_and_angle(np.array([0.0, 0.0, 1.0]), normal))
-    if place is None:
-        half = procedure.arc_rad / 2
-        turned = rotation.multiply(rotation.about_axis(binormal, -half), tilt)
-        return Start(position, turned, normal, binormal, half, solid=False)
-    # without slip, a turn of the finger moves the contact by (1/a - S)^-1 times it
-    relative = np.eye(3) / radius_m - surface.curvature_tensor(point)
-    patch = np.sqrt(2 * COVER_M / np.linalg.eigvalsh(relative)[0])
-    reach = min(radius_m * procedure.arc_rad / 2, radius_m * CAP_RAD - patch)
-    half = reach / float(np.linalg.norm(np.linalg.solve(relative, along)))
-    steps = 100
-    orientation = tilt
-    for _ in range(steps):
-        along = np.cross(binormal, normal)
-        axis = np.cross(normal, along)
-        axis /= np.linalg.norm(axis)
-        position = position - np.cross(axis, normal) * radius_m * half / steps
-        orientation = rotation.multiply(rotation.about_axis(axis, -half / steps), orientation)
-        nearest, normals = surface.nearest(position[None])
-        normal = normals[0]
-        position = nearest[0] + radius_m * normal
-    return Start(position, orientation, normal, binormal, half, solid=True)
+    angles = procedure.directions_rad
+    places = [surface.place(site) for site in sites for _ in angles]
+    solid = np.array([place is not None for place in places])
+    normals = np.array([[0.0, 0.0, 1.0] if place is None else place[1] for place in places])
+    points = np.array(
+        [[*sites[i // len(angles)][:2], 0.0] if place is None else place[0] for i, place in enumerate(places)]
+    )
+    binormals = np.cross(normals, _headings(np.tile(angles, len(sites)), normals))
+    binormals /= np.linalg.norm(binormals, axis=1, keepdims=True)
+    start = put_down(finger.surface, finger.pole_m, points, normals)
+    length = 0.5 * procedure.arc_rad * finger.tip.radius_m
+    paths = None
+    if solid.any():
+        some = Contact(*(values[solid] for values in vars(start).values()))
+        way = np.cross(binormals[solid], normals[solid])
+        room = finger.reach_m(some, way) - _patch_m(surface, finger, some, way)
+        reach = np.clip(room, SHORTEST * finger.tip.radius_m, length)
+        paths = roll_paths(surface, finger.surface, some, binormals[solid], reach)
+    numbers = np.cumsum(solid) - 1
+    rolls: list[Roll] = []
+    for i, (binormal, number) in enumerate(zip(binormals, numbers.tolist(), strict=True)):
+        if solid[i] and paths is not None:
+            rolls.append(_cut(surface, finger, paths, number, binormal))
+        else:
+            rolls.append(_in_vain(start, i, binormal, procedure))
+    return rolls
 
 
-def _axis_and_angle(start: Vector, end: Vector) -> tuple[Vector, float]:
-    axis = np.cross(start, end)
-    sine = float(np.linalg.norm(axis))
-    if sine < 1e-12:
-        return np.array([1.0, 0.0, 0.0]), 0.0
-    return axis / sine, float(np.arctan2(sine, start @ end))
+def _headings(angles: Vector, normals: Vector) -> Vector:
+    """Commanded directions: horizontal, or on a wall from the horizontal towards up."""
+    ahead = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
+    level = np.cross([0.0, 0.0, 1.0], normals)
+    wall = np.linalg.norm(level, axis=1) > 0.8
+    level = np.where(wall[:, None], level, [1.0, 0.0, 0.0])
+    level /= np.linalg.norm(level, axis=1, keepdims=True)
+    on_wall = np.cos(angles)[:, None] * level + np.sin(angles)[:, None] * np.cross(normals, level)
+    return np.where(wall[:, None], on_wall, ahead)
+
+
+def _patch_m(surface: Surface, finger: Finger, contact: Contact, way: Vector) -> Vector:
+    """Radius of the patch of contact in the direction of each roll, metres."""
+    operators, axes = finger.surface.shape_operators(contact.finger_m)
+    inverse = contact.orientation_xyzw * [-1.0, -1.0, -1.0, 1.0]
+    inside = np.einsum("mia,mi->ma", axes, rotation.rotate(inverse, way))
+    bent = np.einsum("ma,mab,mb->m", inside, operators, inside)
+    tensors = np.array([surface.curvature_tensor(point) for point in contact.point_m])
+    relative = bent - np.einsum("mi,mij,mj->m", way, tensors, way)
+    return np.sqrt(2 * finger.cover_m / np.maximum(relative, 1e-3 * np.abs(bent) + 1e-9))
+
+
+def _cut(surface: Surface, finger: Finger, paths: Paths, number: int, binormal: Vector) -> Roll:
+    """One roll out of many, as far as the finger fits and touches in one place only."""
+    stations = np.arange(2 * STEPS + 1)
+    every = stations[:: STEPS // 5]
+    free = paths.fits[number] & (
+        np.interp(stations, every, _free(surface, finger, paths, number, every)) > 0.5
+    )
+    if not free[STEPS]:
+        x, y, z = paths.contact[STEPS].point_m[number]
+        raise UsageError(
+            f"the fingertip does not fit at ({x:.3g}, {y:.3g}, {z:.3g}) m of the {surface.name}: "
+            "choose another site, a smaller fingertip, or a wider surface"
+        )
+    low = STEPS - int(np.argmin(np.append(free[STEPS::-1], False))) + 1
+    high = STEPS + int(np.argmin(np.append(free[STEPS:], False)))
+    kept = slice(low, high)
+    stacked = (
+        np.array([vars(contact)[key][number] for contact in paths.contact[kept]])
+        for key in ("point_m", "normal", "finger_m", "orientation_xyzw")
+    )
+    return Roll(
+        Contact(*stacked), paths.arc_m[number, kept], paths.turn_rad[number, kept], binormal, solid=True
+    )
+
+
+def _free(
+    surface: Surface, finger: Finger, paths: Paths, number: int, stations: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """1 where nothing but the contact touches, else 0, at some stations."""
+    free = np.ones(len(stations))
+    for i, station in enumerate(stations.tolist()):
+        contact = Contact(*(values[[number]] for values in vars(paths.contact[station]).values()))
+        centre = contact.centre_m(0.0)
+        turned = rotation.to_matrix(contact.orientation_xyzw[0])
+        depth = -surface.distance(centre + finger.tip.positions_m @ turned.T).min()
+        if finger.is_sphere:
+            depth = max(depth, finger.tip.radius_m - float(surface.distance(centre)[0]))
+        free[i] = depth < 0.3 * finger.cover_m + 2e-5
+    return free
+
+
+def _in_vain(start: Contact, number: int, binormal: Vector, procedure: Procedure) -> Roll:
+    """Where nothing is met the joint turns the finger on the spot."""
+    turn = np.linspace(-0.5, 0.5, 2 * STEPS + 1) * procedure.arc_rad
+    values = {key: np.repeat(value[number][None], len(turn), axis=0) for key, value in vars(start).items()}
+    values["orientation_xyzw"] = rotation.multiply(
+        rotation.about_axis(binormal, turn), values["orientation_xyzw"]
+    )
+    return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, solid=False)

@@ -16,7 +16,7 @@ __all__ = ["Points", "Sites", "Surface", "Triple"]
 
 Points = NDArray[np.float64]
 Triple = tuple[float, float, float]
-Sites = tuple[tuple[float, float], ...]
+Sites = tuple[tuple[float, ...], ...]
 
 
 def _triple(vector: Points) -> Triple:
@@ -40,9 +40,14 @@ class Surface(ABC):
     category: ClassVar[str]
 
     @property
+    def around(self) -> tuple[Points, float] | None:
+        """Centre and radius of a ball around the whole body, metres; None where it is touched from above."""
+        return None
+
+    @property
     @abstractmethod
     def sites(self) -> Sites:
-        """Where to roll by default: ``(x, y)`` of each site, metres."""
+        """Where to roll by default: ``(x, y)`` or ``(x, y, z)`` of each site, metres."""
 
     @abstractmethod
     def _nearest(self, points: Points) -> tuple[Points, Points]: ...
@@ -99,6 +104,25 @@ class Surface(ABC):
             The point; None where there is no surface to touch.
         """
         return self._above(x, y)
+
+    def place(self, site: tuple[float, ...]) -> tuple[Points, Points] | None:
+        """Where a site is.
+
+        Parameters
+        ----------
+        site : (x, y) or (x, y, z)
+            A place of the table, which means the surface above it, or a point near the surface, metres.
+
+        Returns
+        -------
+        point, normal : ndarray of float64, shape (3,)
+            The point of the surface, metres, and its unit normal; None where there is nothing to touch.
+        """
+        point = np.array(site) if len(site) == 3 else self.above(*site)
+        if point is None:
+            return None
+        nearest, normals = self.nearest(point[None])
+        return (nearest[0] if len(site) == 3 else point), normals[0]
 
     @abstractmethod
     def _curvature_tensor(self, point: Points) -> Points: ...
