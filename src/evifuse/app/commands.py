@@ -11,13 +11,11 @@ from evifuse.app.reproduce import reproduce
 from evifuse.errors import UsageError
 from evifuse.fusion import Box, Fusion, fuse, gather_scene
 from evifuse.knowledge import load_knowledge
-from evifuse.recordings import read_scene, read_touch
+from evifuse.recordings import read_scene
 from evifuse.recordings.recording import Scene
 from evifuse.simulation import SimulatedScene
-from evifuse.touch import sense_curvature
-from evifuse.touch.smearing import BeliefModel
 
-__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_simulate", "run_touch"]
+__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_simulate"]
 
 
 def _print_json(value: Any) -> None:
@@ -31,36 +29,6 @@ def _console() -> Console:
 def _notice(text: str) -> None:
     """What a person wants to know, beside the output proper."""
     print(f"evifuse: {text}", file=sys.stderr)
-
-
-def run_touch(recording: Path, knowledge: str, belief: BeliefModel, as_json: bool, draw: Path | None) -> None:
-    """Feel the curvature of a surface.
-
-    Parameters
-    ----------
-    recording : Path
-        MCAP, CSV or NPZ.
-    knowledge : str
-        Name or path of the classes of curvature features.
-    belief : {"resolved", "chapter"}
-        Belief of a local curvature.
-    as_json : bool
-        Print JSON.
-    draw : Path or None
-        Picture to write.
-    """
-    rolled = read_touch(recording)
-    felt = sense_curvature(rolled, load_knowledge(knowledge), belief=belief)
-    if draw is not None:
-        from evifuse.app.draw import draw_touch
-
-        draw_touch(rolled, felt, draw)
-    if as_json:
-        _print_json(felt.to_json())
-        return
-    from evifuse.app.report import report_touch
-
-    report_touch(felt, _console(), why=True)
 
 
 def run_fuse(

@@ -97,7 +97,7 @@ def fuse(
     image
         Picture, or an MCAP file that holds one.
     touch
-        Touch recording: MCAP, CSV or NPZ.
+        Touch recording: MCAP, ROS 2 bag, CSV, NPZ or Parquet.
     """
     from evifuse.app.commands import run_fuse
 
@@ -153,9 +153,17 @@ def shape(
 
 @app.command
 def touch(
-    recording: Path,
-    /,
-    *,
+    *recordings: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    fingertip: Annotated[
+        str | None,
+        Parameter(help="Layout instead of the recording's own: sphere, paxini:MODEL, or a CSV or JSON file."),
+    ] = None,
+    live: Annotated[
+        bool, Parameter(negative="", help="Read samples from standard input as they come, as JSON lines.")
+    ] = False,
+    every: Annotated[
+        int | None, Parameter(help="Live: a line after every so many samples, not after each contact.")
+    ] = None,
     curvature_knowledge: CurvatureKnowledge = "curvature",
     belief: Annotated[
         Literal["resolved", "chapter"],
@@ -168,12 +176,12 @@ def touch(
 
     Parameters
     ----------
-    recording
-        Touch recording: MCAP, CSV or NPZ.
+    recordings
+        Touch recordings: MCAP, ROS 2 bags, CSV, NPZ, Parquet, folders of them, patterns, or - for live.
     """
-    from evifuse.app.commands import run_touch
+    from evifuse.app.touches import run_touch
 
-    run_touch(recording, curvature_knowledge, belief, json, draw)
+    run_touch(recordings, fingertip, live, every, curvature_knowledge, belief, json, draw)
 
 
 @app.command

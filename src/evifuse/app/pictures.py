@@ -3,7 +3,7 @@
 import os
 import re
 import sys
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from glob import glob, has_magic
@@ -34,7 +34,21 @@ class Sources:
     many: bool
 
 
-def find_sources(given: Sequence[str]) -> Sources:
+PICTURES = (*IMAGE_SUFFIXES, *VIDEO_SUFFIXES, ".mcap")
+"""Files that may hold pictures."""
+
+
+def _recorded(path: Path) -> bool:
+    """Whether a folder is one that ``ros2 bag record`` made."""
+    return (path / "metadata.yaml").exists()
+
+
+def find_sources(
+    given: Sequence[str],
+    known: tuple[str, ...] = PICTURES,
+    what: str = "picture, video or MCAP file",
+    is_one: Callable[[Path], bool] = _recorded,
+) -> Sources:
     """Find the files that names, folders and patterns stand for.
 
     Parameters
@@ -43,6 +57,12 @@ def find_sources(given: Sequence[str]) -> Sources:
         Files, folders and patterns with ``*``, ``?``, ``[...]`` and ``**``. Of a folder (not of folders in
         it) and of a pattern the pictures, videos and MCAP files are taken; a folder that ``ros2 bag record``
         made is one recording.
+    known : tuple of str
+        How the names of usable files end.
+    what : str
+        What they are, for messages.
+    is_one : callable
+        Whether a folder is one recording.
 
     Returns
     -------
@@ -58,28 +78,38 @@ def find_sources(given: Sequence[str]) -> Sources:
     many = len(given) > 1
     for name in given:
         path = Path(name)
-        if path.is_dir() and not (path / "metadata.yaml").exists():
+        if path.is_dir() and not is_one(path):
             many = True
-            paths.update(dict.fromkeys(_usable([str(p) for p in path.iterdir()], f"{name}: this folder")))
+            inside = [str(p) for p in path.iterdir()]
+            paths.update(
+                dict.fromkeys(_usable(inside, known, f"{name}: this folder holds no {what}", is_one))
+            )
         elif has_magic(name) and not path.exists():
             many = True
-            paths.update(dict.fromkeys(_usable(glob(name, recursive=True), f"{name}: this pattern")))
+            found = glob(name, recursive=True)
+            paths.update(
+                dict.fromkeys(_usable(found, known, f"{name}: this pattern holds no {what}", is_one))
+            )
         else:
             paths[name] = None
             many = many or path.suffix.lower() in VIDEO_SUFFIXES
     return Sources(tuple(paths), many)
 
 
-def _usable(names: list[str], what: str) -> list[str]:
-    """Pictures, videos and recordings among names, in the order a person would count them."""
-    known = (*IMAGE_SUFFIXES, *VIDEO_SUFFIXES, ".mcap")
+def _usable(
+    names: list[str], known: tuple[str, ...], missing: str, is_one: Callable[[Path], bool]
+) -> list[str]:
+    """What can be read among names, in the order a person would count them."""
     usable = [
         n
         for n in names
-        if n.lower().endswith(known) and not Path(n).name.startswith(".") and Path(n).is_file()
+        if not Path(n).name.startswith(".")
+        and (
+            (n.lower().endswith(known) and Path(n).is_file()) or (is_one is not _recorded and is_one(Path(n)))
+        )
     ]
     if not usable:
-        raise UsageError(f"{what} holds no picture, video or MCAP file: check its name")
+        raise UsageError(f"{missing}: check its name")
     return sorted(usable, key=_counting)
 
 

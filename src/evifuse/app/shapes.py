@@ -23,7 +23,7 @@ from evifuse.vision import SeenObject, sense_shapes
 if TYPE_CHECKING:
     from evifuse.app.drawings import Drawings
 
-__all__ = ["Unusable", "run_shape"]
+__all__ = ["Unusable", "bar", "run_shape"]
 
 LISTED = 4
 """Objects of a picture that the table of many pictures names."""
@@ -204,8 +204,8 @@ def _many(
     header = (
         "" if as_json else f"{'picture'.ljust(width)}  objects and the belief in them, best primitive first\n"
     )
-    with _bar() as bar:
-        task = bar.add_task("", total=len(sources.paths) if len(sources.paths) > 1 else None)
+    with bar() as shown:
+        task = shown.add_task("", total=len(sources.paths) if len(sources.paths) > 1 else None)
         done: set[str] = set()
         try:
             for one in found:
@@ -224,7 +224,7 @@ def _many(
                     header = ""
                     pictures, objects = pictures + 1, objects + len(seen)
                 frame = "" if isinstance(one, Unusable) or one[0].frame is None else f" {one[0].frame}"
-                bar.update(task, completed=len(done), description=path + frame)
+                shown.update(task, completed=len(done), description=path + frame)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"stopped: {_summary(pictures, objects, start)} until then") from None
     summary = _summary(pictures, objects, start)
@@ -234,8 +234,14 @@ def _many(
     _notice(summary)
 
 
-def _bar() -> Progress:
-    """A bar on standard error, on a terminal only; output to a file or pipe passes it by."""
+def bar() -> Progress:
+    """A bar on standard error, on a terminal only; output to a file or pipe passes it by.
+
+    Returns
+    -------
+    rich.progress.Progress
+        Without a task yet.
+    """
     console = Console(stderr=True, soft_wrap=True)
     return Progress(
         BarColumn(),
