@@ -19,14 +19,16 @@ from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
-__all__ = ["Edge", "find_edge", "site_edge"]
+__all__ = ["Edge", "beside_edges", "find_edge", "site_edge"]
 
-SHARP = 0.1
+SHARP = 0.15
 """An edge's radius is below this share of the fingertip's (concave: the centre's way is)."""
 SMALLEST_TURN_RAD = 0.25
 """An edge turns the normal by so much at least: 14 degrees."""
-TIMES_THE_ERROR = 3.0
+TIMES_THE_ERROR = 2.0
 """How many standard errors the radius must be clear of what counts as sharp."""
+BESIDE = 2.0
+"""A finger that fell off an edge has touched something within so many of its radii."""
 CORNER_RAD = 0.5
 """Where rolls turn about axes that differ by more than this (29 degrees), several edges meet."""
 
@@ -66,8 +68,8 @@ def find_edge(
 ) -> Edge | None:
     """Edge that one roll crosses.
 
-    Of all stretches of the roll that turn by 0.25 rad or more with a radius of curvature below a tenth of
-    the fingertip's, the one that turns most.
+    Of all stretches of the roll that turn by 0.25 rad or more with a radius of curvature below 0.15 times
+    the fingertip's, the one that does so most clearly.
 
     Parameters
     ----------
@@ -96,7 +98,8 @@ def find_edge(
     ):
         sharp = (total >= SMALLEST_TURN_RAD) & (moved >= -error) & (width + error <= SHARP * radius * total)
         if sharp.any():
-            i, j = np.unravel_index(int(np.argmax(np.where(sharp, total, 0.0))), sharp.shape)
+            clear = np.where(sharp, 2 * SHARP * radius * total - width, -np.inf)
+            i, j = np.unravel_index(int(np.argmax(clear)), sharp.shape)
             across = normal[j] - normal[i]
             facing = float(np.arctan2(across[1], across[0]) % np.pi)
             found.append(Edge(float(total[i, j]), float(width[i, j]), convex, facing))
@@ -122,6 +125,27 @@ def site_edge(edges: Sequence[Edge | None]) -> Edge | None:
     most = max(found, key=lambda edge: edge.turn_rad)
     apart = max(abs(np.angle(np.exp(2j * (edge.direction_rad - most.direction_rad)))) / 2 for edge in found)
     return replace(most, corner=bool(apart > CORNER_RAD))
+
+
+def beside_edges(sites: Sequence[ContactSite], edges: Sequence[Edge | None], radius_m: float) -> list[bool]:
+    """Which sites are next to an edge: a roll in one direction there says where the finger fell.
+
+    Parameters
+    ----------
+    sites : sequence of ContactSite
+        The touched sites.
+    edges : sequence of Edge or None
+        What was found at each.
+    radius_m : float
+        Radius of the fingertip, metres.
+
+    Returns
+    -------
+    list of bool
+        For each site, whether one that is an edge is within two radii.
+    """
+    places = [site.centre_m for site, edge in zip(sites, edges, strict=True) if edge is not None]
+    return [any(np.linalg.norm(site.centre_m - p) < BESIDE * radius_m for p in places) for site in sites]
 
 
 def _stretches(

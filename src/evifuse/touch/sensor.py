@@ -7,7 +7,7 @@ from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
-from evifuse.touch.edges import Edge, find_edge, site_edge
+from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.joint import turned_by_joint
@@ -69,8 +69,10 @@ def sense_curvature(
         masses = _masses_by_the_chapter(local, len(touched), gamma)
     else:
         relied = [
-            _relied_on(recording, track, found, shape, gamma) if edge is None else 0.0
-            for found, shape, edge in zip(rolls, shapes, edges, strict=True)
+            0.0 if edge or (beside and not shape) else _relied_on(recording, track, found, shape, gamma)
+            for found, shape, edge, beside in zip(
+                rolls, shapes, edges, beside_edges(touched, edges, radius), strict=True
+            )
         ]
         local = _local(rolls, relied, gamma)
         masses = [site_evidence(*of, gamma) for of in zip(shapes, rolls, relied, strict=True)]
