@@ -13,8 +13,10 @@ __all__ = ["NEIGHBOURS", "estimated_normals", "local_quadrics", "neighbours", "t
 
 NEIGHBOURS = 12
 """Taxels around one that its quadric is fitted to."""
-ROUNDS = 6
+ROUNDS = 12
 """Fits of a quadric: each starts from the normal and the curvature of the one before."""
+DAMPING = 0.5
+"""Share of a normal's correction that is made: at the rim of a layout, whole ones don't settle."""
 RIDGE = 1e-3
 """Weight of no curvature against the neighbours, so that few neighbours don't make up curvature."""
 
@@ -151,7 +153,7 @@ def _fitted(positions: Array, normals: Array, near: NDArray[np.int64], free: boo
         curvature = np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1)
         bulge = np.maximum(np.linalg.eigvalsh(curvature)[:, 1], 0.0)
         if free:
-            normals = normals + np.einsum("nia,na->ni", axes, found[:, 3:])
+            normals = normals + DAMPING * np.einsum("nia,na->ni", axes, found[:, 3:])
             normals = unit_rows(normals)
     axes = tangent_axes(normals)
     along = np.einsum("nia,nab,njb->nij", axes, curvature, axes)
