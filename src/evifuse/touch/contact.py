@@ -5,14 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.recordings.recording import TouchRecording
-from evifuse.recordings.rotation import rotate
+from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
+from evifuse.touch.profile import pressure_profile
 
 __all__ = ["CONTACT_FLOOR_PA", "ContactTrack", "contact_track", "noise_pa"]
 
 CONTACT_FLOOR_PA = 100.0
 """No pressure below this counts as contact, whatever the noise (our own: 0.1 mN on a square millimetre)."""
+NOISY = 0.01
+"""Noise above this share of the peak is averaged over neighbouring taxels."""
+SUMMED = 1.2
+"""Standard deviation of that average, in pitches."""
+WIDE = 2.5
+"""A patch with a larger radius of gyration than so many pitches is placed by its profile."""
+NARROW_ERROR, WIDE_ERROR = 5e-4, 4e-3
+"""Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,8 @@ class ContactTrack:
         Largest pressure of the sample, pascals.
     threshold_pa : float
         Pressure above which a taxel counts as active, pascals.
+    scale_error : float
+        Standard deviation of the relative error of the contact's angle that all samples share.
     """
 
     touching: NDArray[np.bool_]
@@ -44,6 +54,7 @@ class ContactTrack:
     point_m: NDArray[np.float64]
     peak_pa: NDArray[np.float64]
     threshold_pa: float
+    scale_error: float = NARROW_ERROR
 
 
 def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
@@ -63,7 +74,7 @@ def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
     float
         Standard deviation, pascals.
     """
-    sample = pressure_pa[:: max(1, pressure_pa.size // 200_000)]
+    sample = pressure_pa[:: max(1, pressure_pa.size // 40_000)]
     below, middle, above = np.percentile(sample, [40, 50, 60])
     return float(max(middle - below, above - middle)) / 0.2533
 
@@ -75,7 +86,13 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     pressure above a threshold of four standard deviations of the noise: the square fades out towards the rim
     of the patch, where taxels drop in and out, and halves the error that the taxels' spacing leaves. A sample
     is contact when its peak exceeds eight standard deviations, a fiftieth of the recording's peak, and
-    `CONTACT_FLOOR_PA` (all our own).
+    `CONTACT_FLOOR_PA`.
+
+    Where the noise is more than a hundredth of the peak, pressures are first summed over neighbouring taxels.
+    There, and where the patch is wide, the direction is then the place at which the mean profile of pressure
+    fits best: taxels without contact add no noise to it and the rim of the array doesn't pull it.
+
+    All of this is our own.
 
     Parameters
     ----------
@@ -87,27 +104,72 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     ContactTrack
         Contact of each of the T samples.
     """
-    tip, pressure = recording.fingertip, recording.pressure_pa
-    strongest = np.argmax(pressure, axis=1)
-    peak = pressure[np.arange(len(pressure)), strongest]
-    noise = noise_pa(pressure)
-    threshold = max(4 * noise, 0.01 * float(np.percentile(peak, 99)), CONTACT_FLOOR_PA / 2)
-    touching = peak > 2 * threshold
+    from evifuse.touch._kernels_contact import middles, peaks, turned
+
+    tip, pressure = recording.fingertip, np.ascontiguousarray(recording.pressure_pa)
+    noise, pitch = noise_pa(pressure), taxel_pitch_m(tip)
+    peak, strongest = peaks(pressure)
+    top = float(np.percentile(peak, 99))
+    noisy = noise > NOISY * top
+    clear, clearest, seen = pressure, peak, strongest
+    threshold = max(4 * noise, 0.01 * top, CONTACT_FLOOR_PA / 2)
+    if noisy:
+        clear = pressure @ _neighbourhoods(tip, SUMMED * pitch)
+        clearest, seen = peaks(clear)
+        threshold = max(3 * noise, 0.02 * float(np.percentile(clearest, 99)), CONTACT_FLOOR_PA / 2)
+    touching = clearest > 2 * threshold
     rows = np.flatnonzero(touching)
-    weights = np.square(np.maximum(pressure[rows] - threshold, 0.0)) * taxel_areas(tip)
-    total = weights.sum(axis=1, keepdims=True)
-    mean = weights @ tip.normals / total
+    mean = middles(clear, rows, threshold, taxel_areas(tip), tip.normals)
     length = np.linalg.norm(mean, axis=1, keepdims=True)
     usable = length[:, 0] > 0.5  # pressure all around the sphere is a squeeze, not a contact with one surface
     touching[rows[~usable]] = False
     rows, mean, length = rows[usable], mean[usable], length[usable]
-    direction, normal = np.zeros((2, len(peak), 3))
-    direction[rows] = mean / length
-    normal[rows] = -rotate(recording.orientation_xyzw[rows], direction[rows])
     spread_rad = np.sqrt(np.maximum(2 * (1 - length[:, 0]), 0.0))
     patch_rad = float(np.median(spread_rad)) if len(rows) else 0.0
-    reach = max(2 * taxel_pitch_m(tip) / tip.radius_m, 2 * patch_rad)
+    wide = noisy or patch_rad * tip.radius_m > WIDE * pitch
+    contact = mean / length
     interior = np.zeros(len(peak), dtype=np.bool_)
-    interior[rows] = taxel_coverage(tip, reach)[strongest[rows]] > 0.8
+    if wide and len(rows):
+        contact, interior[rows] = _matched(tip, pressure, rows, contact, patch_rad)
+    else:
+        reach = max(2 * pitch / tip.radius_m, 2 * patch_rad)
+        interior[rows] = taxel_coverage(tip, reach)[seen[rows]] > 0.8
+    direction, normal = np.zeros((2, len(peak), 3))
+    direction[rows] = contact
+    normal[rows] = -turned(recording.orientation_xyzw, rows, contact)
     point = recording.position_m - tip.radius_m * normal
-    return ContactTrack(touching, interior, direction, normal, point, peak, threshold)
+    return ContactTrack(
+        touching, interior, direction, normal, point, peak, threshold, WIDE_ERROR if wide else NARROW_ERROR
+    )
+
+
+def _neighbourhoods(tip: Fingertip, width_m: float) -> NDArray[np.float64]:
+    """Weights (N, N) that sum neighbours, a Gaussian; they leave the standard deviation of noise as it is."""
+    apart = tip.positions_m[:, None] - tip.positions_m[None]
+    weight = np.exp(-0.5 * np.square(apart).sum(axis=-1) / width_m**2)
+    return weight / np.sqrt(np.square(weight).sum(axis=0))
+
+
+def _matched(
+    tip: Fingertip,
+    pressure: NDArray[np.float64],
+    rows: NDArray[np.int64],
+    contact: NDArray[np.float64],
+    patch_rad: float,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Directions (M, 3) at which the mean profile fits best, and whether the array lies around them."""
+    from evifuse.touch._kernels_contact import match
+
+    furthest = max(3.5 * patch_rad * tip.radius_m, 4 * taxel_pitch_m(tip))
+    height = np.zeros(len(rows))
+    some = slice(None, None, max(1, len(rows) // 300))
+    for _ in range(2):
+        profile = pressure_profile(tip, pressure[rows[some]], tip.radius_m * contact[some], furthest)
+        contact, height = match(
+            pressure, rows, contact, tip.positions_m, tip.radius_m, profile.reach_m, profile.power, 3
+        )
+    pole = tip.normals.mean(axis=0)
+    rim = float((tip.normals @ pole).min()) / float(np.linalg.norm(pole))
+    aside = np.arccos(np.clip(contact @ pole / np.linalg.norm(pole), -1.0, 1.0))
+    inside = aside < np.arccos(np.clip(rim, -1.0, 1.0)) - 0.5 * taxel_pitch_m(tip) / tip.radius_m
+    return contact, inside & (height > 0)

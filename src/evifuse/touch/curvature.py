@@ -12,7 +12,7 @@ and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three th
   all rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
-__all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator"]
+__all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator", "spread_rad"]
 
 NARROWEST_RAD = 0.2
 """Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
@@ -164,7 +164,7 @@ def shape_operator(rolls: list[RollCurvature], radius_m: float) -> ShapeOperator
     ShapeOperator or None
         None if the rolls have one direction only: two curvatures can't be told from it.
     """
-    if not rolls or _spread_rad([roll.direction_rad for roll in rolls]) < NARROWEST_RAD:
+    if not rolls or spread_rad([roll.direction_rad for roll in rolls]) < NARROWEST_RAD:
         return None
     system, target = np.zeros((3, 3)), np.zeros(3)
     for roll in rolls:
@@ -200,8 +200,19 @@ def _moved_down(offset: NDArray[np.float64], radius_m: float) -> NDArray[np.floa
     return np.array([[a * a, 2 * a * b, b * b], [a * b, a * c + b * b, b * c], [b * b, 2 * b * c, c * c]])
 
 
-def _spread_rad(directions_rad: list[float]) -> float:
-    """Smallest angle that holds all directions, directions being lines."""
+def spread_rad(directions_rad: list[float]) -> float:
+    """Smallest angle that holds all directions, directions being lines.
+
+    Parameters
+    ----------
+    directions_rad : list of float
+        At least one direction.
+
+    Returns
+    -------
+    float
+        Radians, in [0, pi).
+    """
     ordered = np.sort(np.array(directions_rad) % np.pi)
     gaps = np.diff(np.concatenate([ordered, ordered[:1] + np.pi]))
     return float(np.pi - gaps.max())

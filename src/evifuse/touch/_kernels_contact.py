@@ -1,0 +1,134 @@
+"""Inner loops over the samples of a recording, compiled by numba on first use and cached on disk.
+
+Nothing outside `evifuse.touch` calls them. They give what their NumPy twins in the tests give.
+"""
+
+# numba finds the types itself
+# pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUntypedFunctionDecorator=false
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
+
+import numba
+import numpy as np
+
+njit = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@njit
+def peaks(pressure):
+    """Largest pressure (T,) of each sample and its taxel (T,)."""
+    count = pressure.shape[0]
+    peak, taxel = np.empty(count), np.empty(count, np.int64)
+    for t in range(count):
+        best, place = pressure[t, 0], 0
+        for j in range(1, pressure.shape[1]):
+            if pressure[t, j] > best:
+                best, place = pressure[t, j], j
+        peak[t], taxel[t] = best, place
+    return peak, taxel
+
+
+@njit
+def middles(pressure, rows, threshold, areas, normals):
+    """Mean normal (M, 3) of the active taxels, weighted by area and squared pressure above the threshold."""
+    mean = np.zeros((rows.shape[0], 3))
+    for m in range(rows.shape[0]):
+        total = 0.0
+        for j in range(pressure.shape[1]):
+            above = pressure[rows[m], j] - threshold
+            if above > 0.0:
+                weight = above * above * areas[j]
+                total += weight
+                mean[m, 0] += weight * normals[j, 0]
+                mean[m, 1] += weight * normals[j, 1]
+                mean[m, 2] += weight * normals[j, 2]
+        if total > 0.0:
+            mean[m] /= total
+    return mean
+
+
+@njit
+def turned(quaternions, rows, vectors):
+    """Vectors (M, 3) turned by the quaternions (T, 4) of their rows."""
+    out = np.empty_like(vectors)
+    for m in range(rows.shape[0]):
+        x, y, z, w = quaternions[rows[m]]
+        a, b, c = vectors[m]
+        p, q, r = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+        out[m, 0] = a + w * p + y * r - z * q
+        out[m, 1] = b + w * q + z * p - x * r
+        out[m, 2] = c + w * r + x * q - y * p
+    return out
+
+
+@njit
+def match(pressure, rows, directions, positions, radius, reach, power, steps):
+    """Best places (M, 3) of a profile A (1 - r^2 / reach^2)^power on a sphere, and the heights A (M,).
+
+    Least squares by Gauss-Newton steps from the given unit directions. Only taxels within reach count, so
+    nothing pulls the place towards the middle of an array that ends nearby.
+    """
+    place, height = directions.copy(), np.zeros(rows.shape[0])
+    square = reach * reach
+    for m in range(rows.shape[0]):
+        ux, uy, uz = place[m]
+        for _ in range(steps):
+            if abs(ux) < 0.7:
+                ax, ay, az = 1.0 - ux * ux, -ux * uy, -ux * uz
+            else:
+                ax, ay, az = -uy * ux, 1.0 - uy * uy, -uy * uz
+            scale = 1.0 / np.sqrt(ax * ax + ay * ay + az * az)
+            ax, ay, az = ax * scale, ay * scale, az * scale
+            bx, by, bz = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
+            ff = fg = fh = gg = gh = hh = fv = gv = hv = 0.0
+            for j in range(positions.shape[0]):
+                dx, dy = positions[j, 0] - radius * ux, positions[j, 1] - radius * uy
+                dz = positions[j, 2] - radius * uz
+                left = 1.0 - (dx * dx + dy * dy + dz * dz) / square
+                if left > 0.0:
+                    f = 1.0
+                    for _k in range(power - 1):
+                        f *= left
+                    slope = f * power * 2.0 / square
+                    f *= left
+                    g, h = slope * (dx * ax + dy * ay + dz * az), slope * (dx * bx + dy * by + dz * bz)
+                    v = pressure[rows[m], j]
+                    ff, fg, fh = ff + f * f, fg + f * g, fh + f * h
+                    gg, gh, hh = gg + g * g, gh + g * h, hh + h * h
+                    fv, gv, hv = fv + f * v, gv + g * v, hv + h * v
+            ridge = 4e-3 * ff / square
+            if ff <= 0.0:
+                height[m] = 0.0
+                break
+            gg, gh, hh = gg + ridge - fg * fg / ff, gh - fg * fh / ff, hh + ridge - fh * fh / ff
+            gv, hv = gv - fg * fv / ff, hv - fh * fv / ff
+            determinant = gg * hh - gh * gh
+            s, t = (hh * gv - gh * hv) / determinant, (gg * hv - gh * gv) / determinant
+            height[m] = (fv - fg * s - fh * t) / ff
+            if not (height[m] > 0.0 and determinant > 0.0):
+                height[m] = 0.0
+                break
+            s, t = s / height[m], t / height[m]
+            length = np.sqrt(s * s + t * t)
+            shrink = min(1.0, 0.5 * reach / max(length, 1e-12)) / radius
+            ux, uy, uz = (
+                ux + shrink * (ax * s + bx * t),
+                uy + shrink * (ay * s + by * t),
+                uz + shrink * (az * s + bz * t),
+            )
+            scale = 1.0 / np.sqrt(ux * ux + uy * uy + uz * uz)
+            ux, uy, uz = ux * scale, uy * scale, uz * scale
+            if length < 1e-3 * reach:
+                break
+        place[m, 0], place[m, 1], place[m, 2] = ux, uy, uz
+    return place, height
+
+
+@njit
+def piece_sums(columns, piece, count):
+    """Sums (count, C) of columns (M, C) over the pieces (M,) that rows belong to, and sizes (count,)."""
+    sums, size = np.zeros((count, columns.shape[1])), np.zeros(count)
+    for m in range(columns.shape[0]):
+        size[piece[m]] += 1.0
+        for k in range(columns.shape[1]):
+            sums[piece[m], k] += columns[m, k]
+    return sums, size

@@ -1,0 +1,176 @@
+"""A patch of surface fitted to all contacts of a site at once (our own).
+
+Each block of neighbouring samples says two things: how high the finger's centre was, which must be one radius
+above the surface, and which way the surface faced, which the taxels say. The centre needs no taxels and the
+normal needs no exact position, so the two are weighted by how far each of them scatters, and samples that
+don't fit count less (Huber). The surface is a graph over its tangent plane: a shape operator, third and
+fourth derivatives that stay small unless the data ask for them, and one scale for the contact's angle on the
+finger, as a wide patch of pressure is cut off by the rim of the array. The residual of the normal is an angle
+on the finger: an error of the contact on the array moves the contact's point and its normal together, and this
+angle is what it changes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Blocks", "Patch", "fit_patch"]
+
+Array = NDArray[np.float64]
+
+HEIGHT_FLOOR = 2e-3
+"""Smallest scatter of heights that is believed, over the finger's radius.
+
+The press is steady to a fiftieth of its depth at best, and what is left changes slowly along a roll.
+"""
+ANGLE_FLOOR_RAD = 1e-4
+"""Smallest scatter of normals that is believed."""
+HUBER = 2.0
+"""Residuals beyond so many standard deviations count less."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Means over short pieces of the rolls of one site, in a frame of the site.
+
+    Parameters
+    ----------
+    centre_m : ndarray of float64, shape (B, 3)
+        Centre of the sphere that touches like the finger at the contact, metres.
+    normal : ndarray of float64, shape (B, 3)
+        Outward unit normal of the touched surface, from the taxels.
+    radius_m : ndarray of float64, shape (B,)
+        Radius of that sphere, metres.
+    tilt : ndarray of float64, shape (B, 3)
+        How the normal would change if the contact were further from the array's middle by its own distance.
+    weight : ndarray of float64, shape (B,)
+        Share of a full block, in (0, 1].
+    roll : ndarray of int64, shape (B,)
+        Number of the roll, not decreasing.
+    scale_error : float
+        Standard deviation of the relative scale of the contact's angle that the array leaves.
+    """
+
+    centre_m: Array
+    normal: Array
+    radius_m: Array
+    tilt: Array
+    weight: Array
+    roll: NDArray[np.int64]
+    scale_error: float
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A fitted patch.
+
+    Parameters
+    ----------
+    parameters : ndarray of float64, shape (16,)
+        Height, two slopes, k_xx, k_xy, k_yy, four third and five fourth derivatives, scale of the angle.
+    covariance : ndarray of float64, shape (16, 16)
+        Their covariance.
+    height_error_m, angle_error_rad : float
+        Scatter of a full block.
+    """
+
+    parameters: Array
+    covariance: Array
+    height_error_m: float
+    angle_error_rad: float
+
+
+def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
+    """Fit a patch by Gauss-Newton steps with weights from the residuals.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        What was measured.
+    iterations : int
+        At most so many steps.
+
+    Returns
+    -------
+    Patch
+        In the frame of the blocks.
+    """
+    from evifuse.touch._kernels_patch import PARAMETERS, linearise
+
+    count, scale = len(blocks.weight), _scales(blocks.radius_m)
+    theta = _start(blocks)
+    foot = blocks.centre_m[:, :2] - blocks.radius_m[:, None] * blocks.normal[:, :2]
+    design, residual = np.zeros((count, 3, PARAMETERS)), np.zeros((count, 3))
+    error = np.array([1e-2 * float(blocks.radius_m.mean()), 1e-2])
+    weight = np.repeat(blocks.weight[:, None], 2, axis=1)
+    covariance = np.eye(PARAMETERS)
+    for step in range(iterations):
+        linearise(
+            theta, blocks.centre_m, blocks.normal, blocks.radius_m, blocks.tilt, foot, design, residual,
+            8 if step == 0 else 2,
+        )  # fmt: skip
+        row = np.sqrt(weight) / error
+        a = design / scale * row[:, [0, 1, 1], None]
+        b = residual * row[:, [0, 1, 1]]
+        flat = a.reshape(-1, PARAMETERS)
+        prior = _prior(theta, blocks.scale_error) / scale**2
+        covariance = np.linalg.inv(flat.T @ flat + np.diag(prior))
+        change = covariance @ (flat.T @ b.ravel() - prior * scale * theta)
+        theta = theta + change / scale
+        leverage = ((flat @ covariance) * flat).sum(axis=1).reshape(-1, 3)
+        left = (b - a @ change) / row[:, [0, 1, 1]]
+        before, error, weight = error, *_scatter(left, leverage, weight, blocks)
+        settled = np.abs(change).max() < 1e-3 * np.sqrt(np.diag(covariance)).max()
+        if step > 2 and settled and np.abs(np.log(error / before)).max() < 0.02:
+            break
+    return Patch(theta, covariance / np.outer(scale, scale), float(error[0]), float(error[1]))
+
+
+def _scatter(left: Array, leverage: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
+    """Scatter of heights and normals that is left, freed of the fit's share, and weights for the next fit."""
+    square = np.stack([left[:, 0] ** 2, left[:, 1] ** 2 + left[:, 2] ** 2], axis=1)
+    used = np.array([leverage[:, 0].sum(), leverage[:, 1:].sum()])
+    free = np.maximum(weight.sum(axis=0) * [1, 2] - used, 1.0)
+    own = np.sqrt((weight * square).sum(axis=0) / free) + 1e-12
+    size = np.sqrt(square / [1, 2]) / own
+    robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-9))
+    same = blocks.roll[1:] == blocks.roll[:-1]
+    product = np.array(
+        [(left[1:, 0] * left[:-1, 0])[same].sum(), (left[1:, 1:] * left[:-1, 1:]).sum(axis=1)[same].sum()]
+    )
+    chain = np.clip(product / np.maximum(square.sum(axis=0), 1e-300), 0.0, 0.8)
+    own = own * np.sqrt((1 + chain) / (1 - chain))  # neighbours that err together say less
+    floor = np.array([HEIGHT_FLOOR * float(blocks.radius_m.mean()), ANGLE_FLOOR_RAD])
+    return np.hypot(own, floor), blocks.weight[:, None] * robust
+
+
+def _scales(radius_m: Array) -> Array:
+    """Size (16,) that each parameter's effect has per unit at half a radius from the site."""
+    reach = 0.4 * float(radius_m.mean())
+    return reach ** np.array([0.0, *[1.0] * 2, *[2.0] * 3, *[3.0] * 4, *[4.0] * 5, 0.0])
+
+
+def _prior(theta: Array, scale_error: float) -> Array:
+    """Inverse variances (16,): derivatives of curvature are of the order of powers of the curvature."""
+    k = max(float(np.abs(theta[[3, 5]]).max()), 3.0)
+    free = np.zeros(6)
+    return np.concatenate([free, [k**-4] * 4, [(3 * k**3) ** -2] * 5, [scale_error**-2]])
+
+
+def _start(blocks: Blocks) -> Array:
+    """First guess (16,): normals against centres is a linear law for the surface at the centre's height."""
+    root = np.sqrt(blocks.weight)[:, None]
+    rows = np.concatenate([np.ones((len(root), 1)), blocks.centre_m[:, :2]], axis=1) * root
+    solution = np.linalg.lstsq(rows, -blocks.normal[:, :2] * root, rcond=None)[0]
+    offset, axes = np.linalg.eigh(0.5 * (solution[1:] + solution[1:].T))
+    radius = float(blocks.radius_m.mean())
+    k = offset / np.maximum(1 + radius * offset, 0.05)
+    (xx, xy), (_, yy) = axes @ np.diag(k) @ axes.T
+    theta = np.zeros(16)
+    theta[1:6] = *solution[0], xx, xy, yy
+    contact = blocks.centre_m - blocks.radius_m[:, None] * blocks.normal
+    x, y = contact[:, 0], contact[:, 1]
+    slope = theta[1] * x + theta[2] * y + 0.5 * (xx * x**2 + 2 * xy * x * y + yy * y**2)
+    theta[0] = np.average(contact[:, 2] - slope, weights=blocks.weight)
+    return theta

@@ -1,0 +1,113 @@
+"""How pressure falls off around the contact: the width of the patch, and how deep the finger is pressed in.
+
+All of it is our own. The pressures of many samples, laid over each other by their distance from the contact,
+give one profile. It is described by ``A (1 - r^2 / R^2)^p``: p = 1 is a bed of springs, large p
+is a Gaussian.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings.recording import Fingertip
+
+__all__ = ["Profile", "press_depth_m", "pressure_profile"]
+
+POWERS = (1, 2, 3, 4, 6)
+BINS, WIDTHS, SAMPLES = 24, 40, 300
+USUAL_DEPTH = 0.015
+"""Press depth over the finger's radius where the profile doesn't tell it: our simulated finger's."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Pressure ``height (1 - r^2 / reach^2)^power`` at distance r from the contact, zero beyond the reach.
+
+    Parameters
+    ----------
+    power : int
+        Exponent.
+    reach_m : float
+        Where it ends, metres.
+    height_pa : float
+        Pressure in the middle, pascals.
+    """
+
+    power: int
+    reach_m: float
+    height_pa: float
+
+
+def pressure_profile(
+    fingertip: Fingertip,
+    pressure_pa: NDArray[np.float64],
+    contact_m: NDArray[np.float64],
+    furthest_m: float,
+) -> Profile:
+    """Profile of the pressure around the contact, by least squares over binned distances.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        N taxels.
+    pressure_pa : ndarray of float64, shape (M, N)
+        Pressures of samples with contact, pascals.
+    contact_m : ndarray of float64, shape (M, 3)
+        Their contacts in the fingertip frame, metres.
+    furthest_m : float
+        Largest distance that is looked at, metres.
+
+    Returns
+    -------
+    Profile
+        Of at most 300 of the samples.
+    """
+    some = slice(None, None, max(1, len(contact_m) // SAMPLES))
+    apart = fingertip.positions_m[None] - contact_m[some, None]
+    square = np.einsum("mnk,mnk->mn", apart, apart).ravel()
+    label = np.minimum((np.sqrt(square) * (BINS / furthest_m)).astype(np.int64), BINS)
+    size = np.bincount(label, minlength=BINS + 1)[:BINS]
+    total = np.bincount(label, pressure_pa[some].ravel(), BINS + 1)[:BINS]
+    squares = np.bincount(label, square, BINS + 1)[:BINS]
+    kept = size > 0
+    weight, mean = np.minimum(size[kept], 200.0), total[kept] / size[kept]
+    reach = furthest_m * np.geomspace(0.15, 1.0, WIDTHS)
+    left = np.maximum(1 - squares[kept] / size[kept] / reach[:, None] ** 2, 0.0)
+    shape = np.stack([left**power for power in POWERS])
+    own, along = (shape**2) @ weight, shape @ (weight * mean)
+    gain = np.where(own > 0, along**2 / np.where(own > 0, own, 1.0), 0.0)
+    best, width = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return Profile(
+        POWERS[best], float(reach[width]), float(along[best, width] / max(own[best, width], 1e-300))
+    )
+
+
+def press_depth_m(profile: Profile, radius_m: float, mean_curvature_per_m: float) -> tuple[float, float]:
+    """How deep the finger is pressed in, from the width of the patch.
+
+    Without spread between taxels a patch of radius b is pressed in by ``b^2 (1/a - H) / 2``. Spread adds to
+    the second moment of the profile and to its fourth; ``b^4 = 18 (2 M2^2 - M4)`` holds for any Gaussian
+    spread. A profile that is far wider than a usual patch is mostly spread, and says nothing.
+
+    Parameters
+    ----------
+    profile : Profile
+        Of the site.
+    radius_m : float
+        Radius a of the fingertip, metres.
+    mean_curvature_per_m : float
+        Mean curvature H of the surface, 1/m, concave up positive.
+
+    Returns
+    -------
+    depth_m, error_m : float
+        Depth and its standard error, metres.
+    """
+    relative = max(1 / radius_m - mean_curvature_per_m, 0.1 / radius_m)
+    usual = USUAL_DEPTH * radius_m
+    second = profile.reach_m**2 / (profile.power + 2)
+    if second > 2 * usual / relative:
+        return usual, 0.5 * usual
+    depth = 3 * second / np.sqrt(profile.power + 3) * relative
+    return float(depth), 0.15 * float(depth)

@@ -1,0 +1,143 @@
+"""The shape operator of a site from all its rolls at once (our own)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.contact import ContactTrack
+from evifuse.touch.curvature import NARROWEST_RAD, ShapeOperator, spread_rad
+from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.patch import Blocks, Patch, fit_patch
+from evifuse.touch.profile import press_depth_m, pressure_profile
+from evifuse.touch.rolling import tangents
+from evifuse.touch.sites import ContactSite
+
+__all__ = ["operator_of_patch", "site_shape"]
+
+Array = NDArray[np.float64]
+
+FEWEST_BLOCKS, MOST_BLOCKS = 6, 24
+"""How many pieces a roll is cut into; as long as half the distance between taxels where that is possible."""
+
+
+def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> ShapeOperator | None:
+    """Shape operator of a touched site.
+
+    Parameters
+    ----------
+    recording : TouchRecording
+        T samples.
+    track : ContactTrack
+        Its contact.
+    site : ContactSite
+        The site and its rolls.
+
+    Returns
+    -------
+    ShapeOperator or None
+        None if the rolls have one direction only: two curvatures can't be told from it.
+    """
+    tip = recording.fingertip
+    if not site.rolls or spread_rad(_directions(recording, site)) < NARROWEST_RAD:
+        return None
+    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
+    origin = site.centre_m - tip.radius_m * site.normal
+    patch = fit_patch(_blocks(recording, track, site, origin, frame))
+    xx, _, yy = patch.parameters[3:6]
+    samples = np.concatenate(site.rolls)[:: max(1, sum(map(len, site.rolls)) // 200)]
+    profile = pressure_profile(
+        tip,
+        recording.pressure_pa[samples],
+        tip.radius_m * track.direction[samples],
+        max(4 * taxel_pitch_m(tip), 0.6 * tip.radius_m),
+    )
+    return operator_of_patch(patch, *press_depth_m(profile, tip.radius_m, 0.5 * float(xx + yy)))
+
+
+def operator_of_patch(patch: Patch, depth_m: float, depth_error_m: float) -> ShapeOperator:
+    """Shape operator at the origin of a patch, freed of the depth to which the finger was pressed in.
+
+    The finger's sphere touches where it would without being pressed in, so the patch lies below the surface
+    by the press depth d: ``S = S_patch (I - d S_patch)^-1``.
+
+    Parameters
+    ----------
+    patch : Patch
+        A fitted patch.
+    depth_m, depth_error_m : float
+        Press depth and its standard error, metres.
+
+    Returns
+    -------
+    ShapeOperator
+        In the axes of the patch.
+    """
+    xx, xy, yy = patch.parameters[3:6]
+    below = np.array([[xx, xy], [xy, yy]])
+    values, axes = np.linalg.eigh(below)
+    scale = np.maximum(1 - depth_m * values, 0.1)
+    k = values / scale
+    square = below @ below
+    shift = np.array([square[0, 0], square[0, 1], square[1, 1]]) * depth_error_m
+    covariance = patch.covariance[3:6, 3:6] + np.outer(shift, shift)
+    design = np.stack([axes[0] ** 2, 2 * axes[0] * axes[1], axes[1] ** 2], axis=1)
+    error = np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design)) / scale
+    direction = float(np.arctan2(axes[1, 1], axes[0, 1]) % np.pi)
+    return ShapeOperator(float(k[1]), float(k[0]), float(error[1]), float(error[0]), direction, covariance)
+
+
+def _directions(recording: TouchRecording, site: ContactSite) -> list[float]:
+    """Directions of the rolls in the site's tangent plane, radians."""
+    axes = np.stack(tangents(site.normal))
+    ways = [axes @ (recording.position_m[roll[-1]] - recording.position_m[roll[0]]) for roll in site.rolls]
+    return [float(np.arctan2(way[1], way[0])) for way in ways]
+
+
+def _blocks(
+    recording: TouchRecording, track: ContactTrack, site: ContactSite, origin: Array, frame: Array
+) -> Blocks:
+    """Means over short pieces of all rolls, in the frame of the site."""
+    from evifuse.touch._kernels_contact import piece_sums, turned
+
+    tip = recording.fingertip
+    pole = tip.normals.mean(axis=0)
+    pole = pole / np.linalg.norm(pole)
+    parts: list[tuple[Array, Array, NDArray[np.int64]]] = []
+    for number, roll in enumerate(site.rolls):
+        centre = recording.position_m[roll]
+        piece, count = _pieces(centre, 0.5 * taxel_pitch_m(tip))
+        facing = turned(recording.orientation_xyzw, roll, np.broadcast_to(pole, (len(roll), 3)).copy())
+        columns = np.concatenate([centre, track.normal[roll], facing], axis=1)
+        sums, size = piece_sums(columns, piece, count)
+        kept = size > 0
+        full = np.minimum(size[kept] / np.median(size[kept]), 1.0)
+        parts.append((sums[kept] / size[kept, None], full, np.full(len(full), number, np.int64)))
+    rows, weight, label = (np.concatenate(part) for part in zip(*parts, strict=True))
+    normal = rows[:, 3:6] / np.linalg.norm(rows[:, 3:6], axis=1, keepdims=True)
+    return Blocks(
+        centre_m=(rows[:, :3] - origin) @ frame,
+        normal=normal @ frame,
+        radius_m=np.full(len(rows), tip.radius_m),
+        tilt=(normal + rows[:, 6:9]) @ frame,
+        weight=weight,
+        roll=label,
+        scale_error=track.scale_error,
+    )
+
+
+def _pieces(centre_m: Array, step_m: float) -> tuple[NDArray[np.int64], int]:
+    """Piece (M,) that each sample of a roll belongs to, pieces being equal steps of the way in order of time.
+
+    The way is smoothed first: a piece that is chosen by a noisy coordinate has a biased mean.
+    """
+    way = centre_m[-1] - centre_m[0]
+    along = centre_m @ (way / max(float(np.linalg.norm(way)), 1e-12))
+    window = max(1, len(along) // 40)
+    total = np.concatenate([[0.0], np.cumsum(along)])
+    row = np.arange(len(along))
+    low, high = np.maximum(row - window, 0), np.minimum(row + window + 1, len(along))
+    smooth = np.maximum.accumulate((total[high] - total[low]) / (high - low))
+    smooth -= smooth[0]
+    length = max(float(smooth[-1]), 1e-12)
+    count = int(np.clip(round(length / step_m), FEWEST_BLOCKS, MOST_BLOCKS))
+    return np.minimum((smooth * (count / length)).astype(np.int64), count - 1), count
