@@ -5,7 +5,9 @@ from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, 
 from evifuse.touch.edges import Edge, find_edge, site_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
+from evifuse.touch.fingersurface import FingerSurface, surface_of
 from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
+from evifuse.touch.layouts import load_fingertip
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.primitives import (
     CURVATURE_FRAME,
@@ -37,6 +39,7 @@ __all__ = [
     "Edge",
     "FeltSite",
     "FeltSurface",
+    "FingerSurface",
     "LocalCurvature",
     "MissedSite",
     "RollCurvature",
@@ -49,6 +52,7 @@ __all__ = [
     "evidence_from_sites",
     "find_edge",
     "find_sites",
+    "load_fingertip",
     "measure_roll",
     "missed_sites",
     "primitive_beliefs",
@@ -61,6 +65,7 @@ __all__ = [
     "site_evidence",
     "smearing_discount",
     "spherical_fingertip",
+    "surface_of",
     "table_3_marks",
     "taxel_areas",
     "taxel_coverage",
