@@ -1,7 +1,8 @@
-"""The pictures that the shape sensor learns from: `dev`, spoilt at random, and drawn signs.
+"""The pictures that the shape sensor learns from: drawings and signs, spoilt at random, and drawn ones.
 
 There are few signs of each shape among the photographs, so signs are drawn as well, of any shape and colour,
-on pieces of the photographs of `dev` that show no sign: rounded corners, rims, figures, posts, shade, blur.
+on pieces of the photographs that show no sign: rounded corners, rims, figures, posts, shade, blur. Piles of
+drawn shapes that hide each other show which outlines are of one object, and which of two.
 """
 
 from collections.abc import Iterator
@@ -63,15 +64,15 @@ class Example:
     condition: str
 
 
-def examples(data: Path, every: int = 1) -> Iterator[Example]:
-    """Every picture to learn from, in a fixed order; or each so many only."""
+def examples(data: Path, split: str, every: int = 1) -> Iterator[Example]:
+    """Every picture of a split to learn from, in a fixed order; or each so many only."""
     rng = np.random.default_rng(SEED)
-    for label, picture, name in list(drawings(data, "dev"))[::every]:
+    for label, picture, name in list(drawings(data, split))[::every]:
         dark = np.nonzero((picture if picture.ndim == 2 else picture.min(axis=2)) < 128)
         box = (dark[1].min(), dark[0].min(), dark[1].max(), dark[0].max())
         base = Example("drawings", label, group_of(name), picture, box, True, "clean")
         yield from _spoilt(base, rng, most_noise=60.0, rounds=1)
-    scenes = list(sign_scenes(data, "dev"))
+    scenes = list(sign_scenes(data, split))
     for label, picture, name, box in list(_crops(scenes))[::every]:
         base = Example("crops", label, group_of(name), picture, box, True, "clean")
         yield from _spoilt(base, rng, most_noise=40.0, rounds=2)
@@ -80,6 +81,45 @@ def examples(data: Path, every: int = 1) -> Iterator[Example]:
         yield base
         yield _changed(base, rng, rng.uniform(0.1, 0.45), 0.0, "occluded")
         yield _changed(base, rng, 0.0, rng.uniform(10, 45), "noise")
+
+
+def piles(count: int) -> Iterator[tuple[Image, list[tuple[str, Array]]]]:
+    """Drawn shapes over each other, with label and bounds of those of whose outline one third is seen."""
+    rng = np.random.default_rng(SEED + 4)
+    for _ in range(count):
+        height, width = rng.integers(200, 480, 2).tolist()
+        picture = np.full((height, width, 3), rng.uniform(30, 225, 3))
+        owner = np.full((height, width), -1)
+        corners: list[tuple[str, Array]] = []
+        for number in range(int(rng.integers(2, 16))):
+            label = str(rng.choice(list(KINDS)[:3], p=[0.2, 0.3, 0.5]))
+            size = float(np.exp(rng.uniform(np.log(30), np.log(0.6 * min(height, width)))))
+            shape = _corners(label, round(1.3 * size), size, rng) - 0.65 * size
+            shape += rng.uniform([0.5 * size] * 2, [width - 0.5 * size, height - 0.5 * size])
+            mask = np.zeros((height, width), np.uint8)
+            cv2.fillPoly(mask, [np.round(shape * 16).astype(np.int32)], (255,), cv2.LINE_AA, 4)
+            below = picture[mask > 128].mean(axis=0) if (mask > 128).any() else picture[0, 0]
+            paint = (below + rng.choice([-1, 1], 3) * rng.uniform(20, 110, 3)).clip(0, 255)
+            picture += (paint - picture) * (mask / 255.0)[..., None]
+            owner[mask > 128] = number
+            corners.append((label, shape))
+        picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.4))
+        picture += rng.normal(0, rng.uniform(0.5, 6), picture.shape)
+        true = [
+            (label, np.append(shape.min(axis=0), shape.max(axis=0)))
+            for number, (label, shape) in enumerate(corners)
+            if _seen(shape, number, owner) >= 1 / 3
+        ]
+        yield np.clip(picture, 0, 255).astype(np.uint8), true
+
+
+def _seen(shape: Array, number: int, owner: NDArray[np.int_]) -> float:
+    """Share of an outline, just inside it, that nothing lies over."""
+    t = np.linspace(0, 1, 24, endpoint=False)[:, None]
+    around = np.concatenate([a + t * (b - a) for a, b in zip(shape, np.roll(shape, -1, axis=0), strict=True)])
+    x, y = np.round(around + (shape.mean(axis=0) - around) * 0.05).astype(int).T
+    inside = (x >= 0) & (y >= 0) & (x < owner.shape[1]) & (y < owner.shape[0])
+    return float((owner[y[inside], x[inside]] == number).sum() / len(around))
 
 
 def textures(count: int) -> Iterator[Image]:

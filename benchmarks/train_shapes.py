@@ -1,11 +1,14 @@
 """Learn which shape an outline shows and which outline shows an object: `src/evifuse/knowledge/rivalry.yaml`.
 
-Pictures are those of `dev`, clean and spoilt at random, and signs drawn on pieces of photographs
-(`shape_pictures.py`). The likelihood of what a picture shows is the mean of the shares of its family over all
-outlines, weighted by their standing; where a sign stands in a whole photograph, or its box is known, outlines
-that do not bound it count as wrong. Weights are drawn towards 0 by a penalty on their squares.
+Pictures are drawings and signs, clean and spoilt at random, signs drawn on pieces of photographs, and piles
+of drawn shapes (`shape_pictures.py`). The likelihood of what a picture shows is the mean of the shares of its
+family over all outlines, weighted by their standing; where a sign stands in a whole photograph, or its box is
+known, outlines that do not bound it count as wrong. What is no sign of a photograph counts as texture, though
+some of it has a shape. Weights are drawn towards 0 by a penalty on their squares.
 
-The figures that are printed are cross-validated: people and photographs are held out in turn.
+The figures that are printed are cross-validated over everything: people and photographs are held out in turn.
+The weights of the package are learned from both halves of the data. Those learned from one half only are kept
+beside this file, `rivalry-dev.yaml` and `rivalry-test.yaml`, for `vision.py` to judge the other half with.
 
 Usage: python benchmarks/train_shapes.py --data DIR [--write] [--every N] [--cache FILE]
 DIR holds `drawings/` and `signs/`. Without `--write` nothing is changed.
@@ -23,7 +26,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from shape_pictures import Example, examples, textures
+from shape_pictures import Example, examples, piles, textures
 from vision_data import SEED, Image, box_of, sign_scenes
 from vision_measures import auroc, calibration
 
@@ -43,7 +46,7 @@ ROUNDS = 100
 STRANGERS = 0.6
 """What strangers count: fewer are met than where the data was gathered (our own)."""
 
-WEIGHTS = {"drawings": 1.5, "crops": 2.0, "drawn": 1.0, "scenes": 4.0, "textures": 1.0}
+WEIGHTS = {"drawings": 1.5, "crops": 2.0, "drawn": 1.0, "scenes": 4.0, "textures": 1.0, "piles": 0.5}
 """What a picture of each source counts (tuned by cross-validation)."""
 
 TEXTURES = 120
@@ -51,13 +54,27 @@ TEXTURES = 120
 
 PER_TEXTURE = 8
 
+PER_SCENE = 8
+"""So many outlines of each photograph that are no sign, and of each pile that are no shape, are texture."""
+
+PILES = 240
+"""So many piles of drawn shapes."""
+
+NOTHING = 0.15
+"""What an outline of a photograph or a pile that is no object counts, of what an object there does."""
+
 BOUNDED = 0.5
 """What the same picture counts again with only the outlines that bound the object, if all of it is seen."""
 
 OVERLAP = 0.5
 """An outline bounds an object if their boxes overlap so much (intersection over union)."""
 
+CLOSE = 0.8
+"""The same in a pile, where others are near."""
+
 FILE = Path(__file__).parents[1] / "src" / "evifuse" / "knowledge" / "rivalry.yaml"
+HALVES = {s: Path(__file__).with_name(f"rivalry-{s}.yaml") for s in ("dev", "test")}
+"""What was learned from one half of the people and photographs only."""
 
 HEAD = """\
 # Which shape an outline shows, and which outline of an object is believed: see evifuse.vision.rivalry.
@@ -66,8 +83,8 @@ HEAD = """\
 # logarithm of the odds of each family. What is none of the families is the stranger.
 title: rivalry of shapes
 source: >-
-  learned by evifuse from half of the Hand-drawn Shapes Dataset, (c) 2022 Francois Robert, CC BY 4.0, and half
-  of 154 photographs of the German Traffic Sign Detection Benchmark (Houben et al., 2013)
+  learned by evifuse from WHAT the Hand-drawn Shapes Dataset, (c) 2022 Francois Robert, CC BY 4.0,
+  and WHAT 154 photographs of the German Traffic Sign Detection Benchmark (Houben et al., 2013)
 """
 
 
@@ -111,25 +128,58 @@ def outlines_of(picture: Image) -> tuple[dict[str, Array], Array] | None:
     return dict(found.features), working.point(corners).reshape(-1, 4)
 
 
-def cases_of(data: Path, every: int) -> list[Case]:
-    """Everything that is learned from."""
-    found = _of_textures(every)
-    for e in examples(data, every):
+def cases_of(data: Path, split: str, every: int) -> list[Case]:
+    """Everything that is learned from in a split."""
+    rng = np.random.default_rng(SEED)
+    found: list[Case] = []
+    for e in examples(data, split, every):
         seen = outlines_of(e.picture)
         if seen is not None:
             found += _of_example(e, *seen)
-    for image, rows, name in list(sign_scenes(data, "dev"))[::every]:
-        seen = outlines_of(image)
-        for row in rows if seen is not None else []:
-            x, y, w, h = box_of(row)
-            box = np.array([[x, y, x + w - 1, y + h - 1]])
-            near = same_object(np.concatenate([box, seen[1]]))[0, 1:]
-            bounds = overlap(seen[1], box[0]) >= OVERLAP
-            label = "other" if row["shape"] == "octagon" else row["shape"]
-            if (near & bounds).any():
-                columns = np.stack(list(seen[0].values()), axis=1)[near]
-                case = ("scenes", name, "scenes", LABELS.index(label), tuple(seen[0]), columns)
-                found.append(Case(*case, bounds[near], WEIGHTS["scenes"]))
+    for image, rows, name in list(sign_scenes(data, split))[::every]:
+        labels = ["other" if row["shape"] == "octagon" else row["shape"] for row in rows]
+        places = [box_of(row) for row in rows]
+        boxes = np.array([[x, y, x + w - 1, y + h - 1] for x, y, w, h in places])
+        found += _of_scene(("scenes", name), image, labels, boxes, OVERLAP, rng)
+    return found
+
+
+def drawn_cases(every: int) -> list[Case]:
+    """Everything that is learned from whatever the split: textures and piles."""
+    rng = np.random.default_rng(SEED)
+    found = _of_textures(every)
+    for number, (picture, true) in enumerate(piles(PILES // every)):
+        labels, boxes = [label for label, _ in true], np.array([box for _, box in true]).reshape(-1, 4)
+        found += _of_scene(("piles", f"pile {number}"), picture, labels, boxes, CLOSE, rng)
+    return found
+
+
+def _of_scene(
+    parts: tuple[str, str],
+    picture: Image,
+    labels: Sequence[str],
+    boxes: Array,
+    least: float,
+    rng: np.random.Generator,
+) -> list[Case]:
+    """Each object with the outlines near it, and some outlines that are none."""
+    seen = outlines_of(picture)
+    if seen is None:
+        return []
+    names, columns = tuple(seen[0]), np.stack(list(seen[0].values()), axis=1)
+    weight = WEIGHTS[parts[0]]
+    found: list[Case] = []
+    none = np.ones(len(columns), np.bool_)
+    for label, box in zip(labels, boxes, strict=True):
+        near = same_object(np.concatenate([box[None], seen[1]]))[0, 1:]
+        bounds = overlap(seen[1], box) >= least
+        none &= ~near if parts[0] == "scenes" else overlap(seen[1], box) < OVERLAP
+        if (near & bounds).any():
+            case = (*parts, parts[0], LABELS.index(label), names, columns[near])
+            found.append(Case(*case, bounds[near], weight))
+    for i in rng.permutation(np.flatnonzero(none))[:PER_SCENE]:
+        case = (*parts, f"{parts[0]} none", LABELS.index("texture"), names, columns[i : i + 1])
+        found.append(Case(*case, np.ones(1, np.bool_), NOTHING * weight))
     return found
 
 
@@ -256,9 +306,12 @@ def report(cases: Sequence[Case], shares: Array) -> None:
         print(f"{' '.join(kind):20}{right:7.3f}{error:7.3f}{strange or np.nan:7.3f}{known.sum():6}")
 
 
-def written(model: Rivalry) -> str:
-    """The model as YAML."""
-    lines = [HEAD + f"families: [{', '.join(FAMILIES)}]", f"constants: {_numbers(model.constants)}"]
+def written(model: Rivalry, what: str = "all of") -> str:
+    """The model as YAML, learned from so much of the data."""
+    lines = [
+        HEAD.replace("WHAT", what) + f"families: [{', '.join(FAMILIES)}]",
+        f"constants: {_numbers(model.constants)}",
+    ]
     lines.append(f"features:  # mean, spread, standing, {', '.join(FAMILIES)}")
     rows = np.column_stack([model.mean, model.spread, model.standing, model.families])
     lines += [f"  {name}: {_numbers(row)}" for name, row in zip(model.features, rows, strict=True)]
@@ -283,14 +336,22 @@ def main() -> None:
     if options.cache and options.cache.exists():
         cases = pickle.loads(options.cache.read_bytes())
     else:
-        cases = cases_of(options.data, options.every)
+        cases = {half: cases_of(options.data, half, options.every) for half in HALVES}
+        cases["drawn"] = drawn_cases(options.every)
         if options.cache:
             options.cache.write_bytes(pickle.dumps(cases))
-    print(f"{len(cases)} cases, {time.perf_counter() - started:.0f} s")
-    report(cases, held_out(cases))
+    every = [case for some in cases.values() for case in some]
+    print(f"{len(every)} cases, {time.perf_counter() - started:.0f} s")
     if options.write:
-        FILE.write_text(written(fit(cases)), encoding="utf-8")
-        print(f"wrote {FILE.name}")
+        for half, file in HALVES.items():
+            what = f"the half called {half} of"
+            file.write_text(written(fit(cases[half] + cases["drawn"]), what), encoding="utf-8")
+        FILE.write_text(written(fit(every)), encoding="utf-8")
+        print(
+            f"wrote {FILE.name} and, from each half, {' and '.join(f.name for f in HALVES.values())}",
+            flush=True,
+        )
+    report(every, held_out(every))
     print(f"{time.perf_counter() - started:.0f} s in all")
 
 

@@ -10,8 +10,9 @@
 
 Drawings are split by the person who drew them and signs by the photograph, by a fixed seed: thresholds are
 tuned on `dev`, figures are reported on `test`. What is trained here on the way is trained on `dev`; where
-`dev` is judged, on the other half of its people and photographs. The sensor's own weights are learned from
-all of `dev` (`train_shapes.py`), so its figures on `dev` flatter it.
+`dev` is judged, on the other half of its people and photographs. The weights that come with the sensor are
+learned from everything (`train_shapes.py`), so each half is judged with weights that were learned in the same
+way from the other half only, which are kept beside this file. `--weights package` takes those of the package.
 
 Usage: python benchmarks/vision.py --data DIR [--split test] [--json FILE] [--draw DIR] [--quick N]
 DIR holds `drawings/` and `signs/`. With --quick N every N-th item is taken, and others only with --rivals.
@@ -20,6 +21,7 @@ DIR holds `drawings/` and `signs/`. With --quick N every N-th item is taken, and
 import argparse
 import json
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +50,11 @@ from vision_ellipses import PICTURES, ellipses
 from vision_measures import calibration, interval
 from vision_rivals import RULES
 from vision_scenes import scenes
-from vision_seen import Firsts, judged, look
+from vision_seen import Firsts, See, judged, look
 from vision_training import DRAWS, Fold, features_of, few_examples
+
+from evifuse.vision import sense_shapes
+from evifuse.vision.rivalry import load_rivalry
 
 __all__ = [
     "CLASSES",
@@ -73,8 +78,8 @@ def changed(items: list[Item], change: Change) -> list[Image]:
     return [change(image, rng) for _, image, _ in items]
 
 
-def seen_in(items: list[Item], pictures: list[Image], what: str) -> Firsts:
-    return look(pictures, [label for label, _, _ in items], [name for _, _, name in items], what)
+def seen_in(items: list[Item], pictures: list[Image], what: str, see: See = sense_shapes) -> Firsts:
+    return look(pictures, [label for label, _, _ in items], [name for _, _, name in items], what, see)
 
 
 def accuracy(items: list[Item], change: Change) -> dict[str, Any]:
@@ -101,7 +106,7 @@ def judge_source(source: str, options: argparse.Namespace, results: dict[str, An
         if options.condition in (None, condition):
             name = f"{source} {condition}"
             pictures[condition] = changed(items, change)
-            seen[condition] = seen_in(items, pictures[condition], name)
+            seen[condition] = seen_in(items, pictures[condition], name, options.see)
             results["sensor"][name] = judged(seen[condition])
             show.print_sensor(name, results["sensor"][name])
             if options.rivals:
@@ -134,7 +139,7 @@ def learn(
     made: list[Fold] = []
     for examples, numbers in folds(items, options.split, dev):
         images = [image for _, image, _ in examples]
-        known = seen_in(examples, images, "examples")
+        known = seen_in(examples, images, "examples", options.see)
         made.append(Fold(known, features_of(images), np.array(numbers, np.intp)))
     features = {condition: features_of(some) for condition, some in pictures.items()}
     return few_examples(made, seen, features, DRAWS if options.quick is None else 3)
@@ -148,6 +153,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--split", choices=["dev", "test"], default="test")
     parser.add_argument("--json", type=Path, help="also write every figure here")
     parser.add_argument("--draw", type=Path, help="folder for diagrams")
+    parser.add_argument("--weights", choices=["held-out", "package"], default="held-out")
     parser.add_argument("--quick", type=int, help="take every N-th item only")
     parser.add_argument("--only", choices=[*SOURCES, "scenes", "ellipses"])
     parser.add_argument("--condition", help="one condition only, for example 'noise 60'")
@@ -155,6 +161,10 @@ def parsed() -> argparse.Namespace:
     options = parser.parse_args()
     if options.rivals is None:
         options.rivals = options.quick is None and options.condition is None
+    other = {"dev": "test", "test": "dev"}[options.split]
+    weights = Path(__file__).with_name(f"rivalry-{other}.yaml") if options.weights == "held-out" else None
+    options.see = partial(sense_shapes, rivalry=load_rivalry(weights))
+    print(f"weights: {weights.name if weights else 'those of the package, learned from these pictures too'}")
     return options
 
 
@@ -171,11 +181,11 @@ def main() -> None:
     if results["sensor"]:
         show.print_strangers(results["sensor"])
     if options.only in (None, "scenes") and options.condition is None:
-        results["scenes"] = scenes(options.data, options.split, options.quick or 1)
+        results["scenes"] = scenes(options.data, options.split, options.quick or 1, options.see)
         show.print_scenes(results["scenes"])
     if options.only in (None, "ellipses") and options.condition is None:
         results["ellipses"] = ellipses(
-            PICTURES if options.quick is None else max(2, PICTURES // options.quick)
+            PICTURES if options.quick is None else max(2, PICTURES // options.quick), options.see
         )
         show.print_ellipses(results["ellipses"])
     if options.draw:

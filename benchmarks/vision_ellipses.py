@@ -5,7 +5,8 @@ True ones are those of whose outline at least one half is seen. Found by us is t
 object that is said to be elliptical; by EdgeDrawing, every ellipse and circle of its own detector.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vision_data import SEED, Image
 from vision_rivals import drawn_ellipses, grey_of
+from vision_seen import See
 
 from evifuse.recordings.images import read_image
 from evifuse.vision import sense_shapes
@@ -70,9 +72,9 @@ def _seen_share(outline: NDArray[np.float32], number: int, owner: NDArray[np.int
     return float((owner[y.clip(0, owner.shape[0] - 1), x.clip(0, owner.shape[1] - 1)] == number).mean())
 
 
-def ours(picture: Image) -> list[NDArray[np.float32]]:
+def ours(picture: Image, see: See = sense_shapes) -> list[NDArray[np.float32]]:
     found: list[NDArray[np.float32]] = []
-    for seen in sense_shapes(picture):
+    for seen in see(picture):
         if seen.classification.decision == "elliptical":
             arcs = [h for h in seen.primitives if h.kind in ("ellipse", "circle")]
             found += [h.shape.astype(np.float32) for h in arcs[:1]]
@@ -104,22 +106,17 @@ def matched(found: Sequence[NDArray[np.float32]], true: Sequence[NDArray[np.floa
     return len(used[0])
 
 
-FINDERS: dict[str, Callable[[Image], list[NDArray[np.float32]]]] = {
-    "evifuse": ours,
-    "EdgeDrawing": edge_drawing,
-}
-
-
-def ellipses(pictures: int = PICTURES) -> dict[str, Any]:
+def ellipses(pictures: int = PICTURES, see: See = sense_shapes) -> dict[str, Any]:
     """F of both finders; of the drawings also the 95 % interval, pictures drawn anew with replacement."""
     sets = {f"{n} drawn": [drawn(n, seed) for seed in range(pictures)] for n in COUNTS}
     truth = np.loadtxt(TRUTH, delimiter=",", skiprows=1)
     sets["coins"] = [(read_image(PHOTO), [outline_of(row) for row in truth])]
+    finders = {"evifuse": partial(ours, see=see), "EdgeDrawing": edge_drawing}
     figures: dict[str, Any] = {}
     for name, cases in sets.items():
         counted = {
             finder: np.array([_counts(find(image), true) for image, true in cases])
-            for finder, find in FINDERS.items()
+            for finder, find in finders.items()
         }
         figures[name] = {finder: _f_with_interval(rows) for finder, rows in counted.items()}
         figures[name]["pictures"], figures[name]["true"] = len(cases), sum(len(t) for _, t in cases)

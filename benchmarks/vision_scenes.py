@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from vision_data import Box, box_of, sign_scenes
 from vision_measures import interval, overlap
-from vision_seen import shown
+from vision_seen import See, shown
 
 from evifuse.vision import SeenObject, sense_shapes
 
@@ -26,7 +26,7 @@ Named = tuple[float, int]
 """Belief in what an object is said to be, and which sign it is rightly: -1 for none."""
 
 
-def scenes(data: Path, split: str, every: int = 1) -> dict[str, Any]:
+def scenes(data: Path, split: str, every: int = 1, see: See = sense_shapes) -> dict[str, Any]:
     """Recall of the signs, and precision and recall over the least belief of what is named."""
     named: list[Named] = []
     signs, found, objects, times = 0, 0, [], []
@@ -34,7 +34,7 @@ def scenes(data: Path, split: str, every: int = 1) -> dict[str, Any]:
     scores: list[float] = []
     for image, rows, name in shown(list(sign_scenes(data, split))[::every], "scenes"):
         start = time.perf_counter()
-        seen = sense_shapes(image)
+        seen = see(image)
         times.append(time.perf_counter() - start)
         objects.append(len(seen))
         some = [r for r in rows if r["shape"] != "octagon"]

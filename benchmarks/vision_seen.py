@@ -2,9 +2,9 @@
 
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from vision_measures import auroc_with_interval, calibration, interval
 
 from evifuse.belief import Frame, MassFunction, coarsen, pignistic, refining
 from evifuse.belief.uncertainty import dissonance
-from evifuse.vision import SHAPE_FRAME, sense_shapes
+from evifuse.vision import SHAPE_FRAME, SeenObject, sense_shapes
 
 FAMILIES = refining(
     Frame(CLASSES),
@@ -28,6 +28,8 @@ FAMILIES = refining(
 )
 Array = NDArray[np.float64]
 T = TypeVar("T")
+See: TypeAlias = Callable[[Image], tuple[SeenObject, ...]]
+"""The sensor, with weights that have not seen the pictures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,13 @@ class Firsts:
         }
 
 
-def look(pictures: Sequence[Image], labels: Sequence[str], names: Sequence[str], what: str = "") -> Firsts:
+def look(
+    pictures: Sequence[Image],
+    labels: Sequence[str],
+    names: Sequence[str],
+    what: str = "",
+    see: See = sense_shapes,
+) -> Firsts:
     """See every picture and keep what is said of the first object."""
     evidence: list[MassFunction] = []
     decisions: list[str] = []
@@ -90,7 +98,7 @@ def look(pictures: Sequence[Image], labels: Sequence[str], names: Sequence[str],
     seconds = 0.0
     for i, picture in enumerate(shown(pictures, what)):
         start = time.perf_counter()
-        seen = sense_shapes(picture)
+        seen = see(picture)
         seconds += time.perf_counter() - start
         if not seen:
             evidence.append(MassFunction.vacuous(SHAPE_FRAME))

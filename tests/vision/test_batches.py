@@ -115,10 +115,10 @@ def test_half_an_ellipse_is_half_covered_and_open_in_one_piece() -> None:
 def test_one_outline_for_each_object() -> None:
     boxes = np.array([[0, 0, 100, 100], [10, 10, 90, 90], [300, 0, 340, 40], [0, 0, 20, 20]], np.float64)
     scores = np.array([0.5, 0.55, 0.3, 0.05])
-    assert group_objects(boxes, scores, np.array([2.0, 1.0, 3.0, 4.0]), 0.08) == [2, 0]
-    assert group_objects(boxes, scores, np.array([1.0, 2.0, 0.5, 4.0]), 0.08) == [0, 2]  # the rim
+    assert group_objects(boxes, scores, scores, np.array([2.0, 1.0, 3.0, 4.0]), 0.08)[0] == [2, 0]
+    assert group_objects(boxes, scores, scores, np.array([1.0, 2.0, 0.5, 4.0]), 0.08)[0] == [0, 2]  # the rim
     doubted = np.array([0.1, 0.55, 0.3, 0.05])
-    assert group_objects(boxes, doubted, np.array([1.0, 2.0, 0.5, 4.0]), 0.08) == [1, 2]
+    assert group_objects(boxes, doubted, doubted, np.array([1.0, 2.0, 0.5, 4.0]), 0.08)[0] == [1, 2]
     for order in combinations(range(4), 2):
         some = np.where(np.isin(np.arange(4), order), 0.5, 0.0)
-        assert set(group_objects(boxes, some, scores, 0.08)) <= set(order)
+        assert set(group_objects(boxes, some, some, scores, 0.08)[0]) <= set(order)

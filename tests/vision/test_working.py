@@ -64,6 +64,41 @@ def test_noise_of_all_colours_shows_nothing(sigma: float) -> None:
 def test_the_rim_stands_for_the_object_unless_it_is_hardly_believed() -> None:
     boxes = np.array([[10, 10, 50, 50], [4, 4, 56, 56], [0, 0, 200, 200]], np.float64)
     prominence = np.array([3.0, 2.0, 1.0])
-    assert group_objects(boxes, np.array([0.8, 0.4, 0.4]), prominence, 0.04) == [1, 2]
-    assert group_objects(boxes, np.array([0.8, 0.1, 0.4]), prominence, 0.04) == [0, 2]
-    assert group_objects(boxes, np.array([0.8, 0.4, 0.01]), prominence, 0.04) == [1]
+    for scores, chosen in (([0.8, 0.4, 0.4], [1, 2]), ([0.8, 0.1, 0.4], [0, 2]), ([0.8, 0.4, 0.01], [1])):
+        scores = np.array(scores)
+        assert group_objects(boxes, scores, scores, prominence, 0.04)[0] == chosen
+
+
+def test_what_lies_on_a_clear_object_is_another_only_if_it_is_clear_too() -> None:
+    boxes = np.array([[0, 0, 100, 100], [20, 20, 60, 60]], np.float64)
+    scores, prominence = np.array([0.9, 0.9]), np.array([2.0, 1.0])
+    for support, chosen in (([0.9, 0.3], [0]), ([0.9, 0.9], [0, 1]), ([0.3, 0.3], [0, 1]), ([0.9, 0.0], [0])):
+        assert group_objects(boxes, scores, np.array(support), prominence, 0.04)[0] == chosen
+    assert group_objects(boxes, scores, np.array([0.0, 0.0]), prominence, 0.04)[0] == [0]
+
+
+def test_an_outline_that_shows_one_object_says_nothing_of_the_next() -> None:
+    boxes = np.array([[0, 0, 100, 100], [20, 20, 60, 60]], np.float64)
+    clear = np.array([0.9, 0.9])
+    chosen, members = group_objects(boxes, clear, clear, np.array([2.0, 1.0]), 0.04)
+    assert chosen == [0, 1]
+    np.testing.assert_array_equal(members, [[True, False], [False, True]])
+
+
+def test_the_frame_of_a_picture_comes_last() -> None:
+    picture = np.full((300, 400), 40, np.uint8)
+    cv2.rectangle(picture, (2, 2), (397, 297), (200,), -1)
+    cv2.ellipse(picture, (200, 150), (80, 50), 20, 0, 360, (60,), -1)
+    first, *others = sense_shapes(picture)
+    assert first.classification.decision == "elliptical"
+    assert all(s.box[2] > 380 for s in others)
+
+
+def test_a_picture_of_hardly_any_colour_is_looked_at_once() -> None:
+    grey = np.full((300, 300), 90, np.uint8)
+    cv2.circle(grey, (150, 150), 60, (180,), -1)
+    picture = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
+    picture[..., 2] += 10
+    assert len(working_picture(picture).layers) == 1
+    picture[100:200, 100:200, 2] += 40
+    assert len(working_picture(picture).layers) == 2

@@ -1,6 +1,6 @@
 """What every outline of a picture might show, after the families of shapes have competed for it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from evifuse.vision.features import features_of
 from evifuse.vision.group import same_object
 from evifuse.vision.primitives import PRIMITIVES, Fits, Hypothesis, Outlines, Primitive, Proposals
-from evifuse.vision.rivalry import FAMILIES, KNOWN, STRANGER, load_rivalry, pooled
+from evifuse.vision.rivalry import FAMILIES, KNOWN, STRANGER, Rivalry, load_rivalry, pooled
 from evifuse.vision.strokes import Strokes, accounted_for
 
 __all__ = ["Candidates", "candidates_of"]
@@ -42,6 +42,8 @@ class Candidates:
         How much each outline stands out among those of its object: logarithm of the odds.
     clearness : ndarray of float64, shape (B,)
         How clear outlines of such a size are, in [0, 1].
+    together : ndarray of bool, shape (B, B), optional
+        Which outlines show the same object as each; by their boxes without it.
     """
 
     outlines: Outlines
@@ -50,6 +52,35 @@ class Candidates:
     own: NDArray[np.float64]
     prominence: Column
     clearness: Column
+    together: NDArray[np.bool_] | None = None
+
+    @property
+    def support(self) -> Column:
+        """Belief that each outline, by itself, shows any primitive at all, in [0, 1], shape (B,)."""
+        shares = _by_family(self.own, self.proposals)
+        return np.sum(
+            [s * k for s, k in zip((shares[p.family] for p in self.proposals), self.parts, strict=True)],
+            axis=0,
+        )
+
+    def grouped(self, chosen: Sequence[int], members: NDArray[np.bool_]) -> "Candidates":
+        """The same, knowing which outlines show each object.
+
+        Parameters
+        ----------
+        chosen : sequence of int
+            Outline that stands for each of N objects.
+        members : ndarray of bool, shape (N, B)
+            Outlines that show each.
+
+        Returns
+        -------
+        Candidates
+            Shares of the outlines that are chosen are averaged over these.
+        """
+        together = np.eye(len(self.own), dtype=np.bool_)
+        together[list(chosen)] = members
+        return replace(self, together=together)
 
     @property
     def scores(self) -> Column:
@@ -73,7 +104,9 @@ class Candidates:
     @cached_property
     def shares(self) -> dict[str, Column]:
         """Share of each family, by all outlines of the object that each is part of, shape (B,)."""
-        together = same_object(self.boxes) | np.eye(len(self.own), dtype=np.bool_)
+        together = self.together
+        if together is None:
+            together = same_object(self.boxes) | np.eye(len(self.own), dtype=np.bool_)
         return _by_family(pooled(self.own, self.prominence, together), self.proposals)
 
     @cached_property
@@ -129,7 +162,11 @@ def _bounds(shape: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def candidates_of(
-    outlines: Outlines, scale: float, strokes: Strokes, primitives: Mapping[str, Primitive] = PRIMITIVES
+    outlines: Outlines,
+    scale: float,
+    strokes: Strokes,
+    primitives: Mapping[str, Primitive] = PRIMITIVES,
+    rivalry: Rivalry | None = None,
 ) -> Candidates:
     """Everything that outlines might show.
 
@@ -148,6 +185,8 @@ def candidates_of(
         What the outlines are part of, in working pixels.
     primitives : mapping of str to callable
         What proposes each primitive.
+    rivalry : Rivalry, optional
+        What weighs the families; that of the package without it.
 
     Returns
     -------
@@ -156,7 +195,7 @@ def candidates_of(
     """
     fits = Fits(outlines)
     features = features_of(fits, accounts_of(fits, strokes), scale)
-    own, standing = load_rivalry().judge(features)
+    own, standing = (rivalry or load_rivalry()).judge(features)
     return Candidates(
         outlines=outlines,
         proposals=tuple(propose(fits) for propose in primitives.values()),

@@ -62,9 +62,9 @@ def features_of(fits: Fits, accounts: Mapping[str, Column], scale: float) -> dic
         found |= {f"{name} {k}": v for k, v in _of_match(match, outlines.tolerance).items()}
         found[f"{name} account"] = _log(accounts[name], 0.05)
     polygons = {"triangle": three.corners, "quadrilateral": four.corners, "ellipse": ellipse.shape}
+    inside = np.maximum(outlines.inside, 1e-9)
     for name, polygon in polygons.items():
-        filled = np.nan_to_num(area(polygon) / np.maximum(outlines.inside, 1e-9), nan=4.0)
-        found[f"{name} area"] = _log(np.clip(filled, 0.25, 4.0), 0.25)
+        found[f"{name} area"] = _log(np.fmin(area(polygon), 4 * inside) / inside, 0.25)
     found |= _form(three.corners, four.corners, ellipse.axes)
     for count in SECTIONS:
         mean = fits.sections.cost[:, count - 1] / (outlines.points.shape[1] * outlines.tolerance**2)

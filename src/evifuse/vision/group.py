@@ -9,7 +9,13 @@ PART_AREA = 12.0
 """An outline inside another of up to so many times its area may be part of the same object (our own)."""
 
 NESTED_AREA = 4.0
-"""It is no object beside it up to so many times its area (our own, tuned)."""
+"""It is no object beside one that is hardly believed up to so many times its area (our own, tuned)."""
+
+BELIEVED = 0.7
+"""Beside one that is so much believed it is none however small, up to `PART_AREA` (our own, tuned)."""
+
+LEAST_SUPPORT = 0.1
+"""What is believed less to be any shape is no object, but for the most prominent one (our own)."""
 
 SHARED = 0.7
 """Boxes that share so much of the smaller one belong to one object (our own)."""
@@ -25,8 +31,12 @@ ENCLOSED = 0.9
 
 
 def group_objects(
-    boxes: NDArray[np.float64], scores: NDArray[np.float64], prominence: NDArray[np.float64], least: float
-) -> list[int]:
+    boxes: NDArray[np.float64],
+    scores: NDArray[np.float64],
+    support: NDArray[np.float64],
+    prominence: NDArray[np.float64],
+    least: float,
+) -> tuple[list[int], NDArray[np.bool_]]:
     """One outline per object, the one that shows it best.
 
     Of outlines that belong together the most prominent one is taken, or rather the largest one close around
@@ -37,7 +47,9 @@ def group_objects(
     boxes : ndarray of float64, shape (B, 4)
         Bounds of all outlines of the picture: x0, y0, x1, y1, px.
     scores : ndarray of float64, shape (B,)
-        Belief in the best primitive of each.
+        Belief in the best primitive of each, if it shows any.
+    support : ndarray of float64, shape (B,)
+        Belief that each, by itself, shows any primitive at all.
     prominence : ndarray of float64, shape (B,)
         How much each stands out.
     least : float
@@ -45,25 +57,41 @@ def group_objects(
 
     Returns
     -------
-    list of int
+    chosen : list of int
         Which outlines, most prominent first.
+    members : ndarray of bool, shape (N, B)
+        Which outlines show each object: those that belong to it, and those near it that belong to none.
     """
-    ranked = np.flatnonzero(scores >= least)
-    ranked = ranked[np.argsort(-prominence[ranked], kind="stable")]
-    boxes, scores = boxes[ranked], scores[ranked]
+    order = np.argsort(-prominence, kind="stable")
+    ranked = order[scores[order] >= least]
+    if not len(ranked):
+        return [], np.zeros((0, len(order)), np.bool_)
+    boxes, scores, support = boxes[ranked], scores[ranked], support[ranked]
     together = same_object(boxes, NESTED_AREA)
+    near = same_object(boxes)
     rim = _encloses(boxes) & (scores >= RIM_SCORE * scores[:, None])
     size = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
     taken = np.zeros(len(ranked), np.bool_)
+    owner = np.full(len(ranked), -1)
     chosen: list[int] = []
     for i in range(len(ranked)):
         if not taken[i]:
             rims = np.flatnonzero(rim[i] & ~taken)
             best = int(rims[size[rims].argmax()]) if len(rims) else i
             chosen.append(best)
-            taken |= together[best] | together[i]
-            taken[[best, i]] = True
-    return ranked[chosen].tolist()
+            own = together[best] | together[i]
+            if support[best] >= BELIEVED:
+                own |= near[best] & (support < BELIEVED)
+            own[[best, i]] = True
+            owner[own & ~taken] = len(chosen) - 1
+            taken |= own
+    kept = [n for n, k in enumerate(chosen) if n == 0 or support[k] >= LEAST_SUPPORT]
+    free = np.isin(owner, kept, invert=True)
+    shown = np.zeros((len(kept), len(order)), np.bool_)
+    for row, n in enumerate(kept):
+        shown[row, ranked] = (owner == n) | (near[chosen[n]] & free)
+        shown[row, ranked[chosen[n]]] = True
+    return ranked[[chosen[n] for n in kept]].tolist(), shown
 
 
 def _encloses(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:

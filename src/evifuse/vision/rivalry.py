@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import yaml
@@ -102,15 +103,21 @@ def pooled(
 
 
 @cache
-def load_rivalry() -> Rivalry:
-    """The model that comes with the package, `knowledge/rivalry.yaml`.
+def load_rivalry(file: Path | None = None) -> Rivalry:
+    """A model from its file.
+
+    Parameters
+    ----------
+    file : Path, optional
+        As `benchmarks/train_shapes.py` writes it; `knowledge/rivalry.yaml` of the package without it.
 
     Returns
     -------
     Rivalry
-        As `benchmarks/train_shapes.py` wrote it.
+        What the file says; it is read once.
     """
-    text = files("evifuse.knowledge").joinpath("rivalry.yaml").read_text(encoding="utf-8")
+    source = files("evifuse.knowledge").joinpath("rivalry.yaml") if file is None else file
+    text = source.read_text(encoding="utf-8")
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     table = yaml.load(text, Loader=loader)
     rows = np.array(list(table["features"].values()), np.float64)

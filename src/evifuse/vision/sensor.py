@@ -23,6 +23,7 @@ from evifuse.vision.later import Later
 from evifuse.vision.link import LinkList
 from evifuse.vision.outlines import find_outlines
 from evifuse.vision.primitives import PRIMITIVES, SHAPE_FRAME, Hypothesis, Primitive, outlines_of
+from evifuse.vision.rivalry import Rivalry
 from evifuse.vision.sides import split_at_corners
 from evifuse.vision.strokes import strokes_of
 from evifuse.vision.view import View, from_above
@@ -32,6 +33,9 @@ __all__ = ["SeenObject", "sense_shapes"]
 
 LEAST_BELIEF = 0.01
 """Outlines that support no primitive to this degree are not reported as objects (our own)."""
+
+FRAME = 0.015
+"""An outline so near to all borders of a picture, as a share of its sides, may be its frame (our own)."""
 
 SHORTEST_PX = 24
 """Chains of fewer points show no shape, working px (our own)."""
@@ -98,6 +102,7 @@ def sense_shapes(
     detector: Detector | None = None,
     primitives: Mapping[str, Primitive] = PRIMITIVES,
     view: View | None = None,
+    rivalry: Rivalry | None = None,
 ) -> tuple[SeenObject, ...]:
     """See the objects of a picture and what shapes they have.
 
@@ -115,6 +120,8 @@ def sense_shapes(
     view : View, optional
         Camera matrix and plane. With it the shapes are judged as they lie on the plane: a square is believed
         a square however obliquely it is seen. Without it, belief falls the more oblique the view is.
+    rivalry : Rivalry, optional
+        Learned weights of what tells shapes apart; those of the package without it.
 
     Returns
     -------
@@ -131,17 +138,20 @@ def sense_shapes(
     picture = _without_equal_colours(as_image(image))
     kb = load_knowledge("shape") if knowledge is None else knowledge
     working = working_picture(picture)
-    candidates = find_candidates(working, detector, primitives, view)
+    candidates = find_candidates(working, detector, primitives, view, rivalry)
     if candidates is None:
         return ()
     boxes = candidates.boxes
-    chosen = group_objects(boxes, candidates.scores, candidates.prominence, LEAST_BELIEF)
+    bounds = working.point(boxes.reshape(-1, 2, 2)).reshape(-1, 4)
+    last = candidates.prominence - 1e6 * _is_frame(bounds, (picture.shape[1], picture.shape[0]))
+    candidates = replace(candidates, prominence=last)
+    chosen, members = group_objects(boxes, candidates.scores, candidates.support, last, LEAST_BELIEF)
     if not chosen:
         return ()
+    candidates = candidates.grouped(chosen, members)
     frame = SHAPE_FRAME if primitives is PRIMITIVES else Frame(primitives)
     evidence = shape_evidences(candidates.beliefs[:, chosen].T, frame)
     together = _classified(evidence, kb)
-    bounds = working.point(boxes[chosen].reshape(-1, 2, 2)).reshape(-1, 4)
     shared = isinstance(image, np.ndarray) and np.may_share_memory(picture, image)
     trace = _Trace(picture.copy() if shared else picture, working, candidates, tuple(chosen))
     return tuple(
@@ -152,7 +162,7 @@ def sense_shapes(
             evidence=evidence[k],
             classification=_one_of(together, k),
         )
-        for k, box in enumerate(_pixel_boxes(bounds, (picture.shape[1], picture.shape[0])))
+        for k, box in enumerate(_pixel_boxes(bounds[chosen], (picture.shape[1], picture.shape[0])))
     )
 
 
@@ -221,6 +231,7 @@ def find_candidates(
     detector: Detector | None = None,
     primitives: Mapping[str, Primitive] = PRIMITIVES,
     view: View | None = None,
+    rivalry: Rivalry | None = None,
 ) -> Candidates | None:
     """Every outline of a picture with the primitives it might show.
 
@@ -234,6 +245,8 @@ def find_candidates(
         What proposes each primitive.
     view : View, optional
         Camera and plane; the outlines are judged as they lie on it.
+    rivalry : Rivalry, optional
+        Learned weights; those of the package without it.
 
     Returns
     -------
@@ -247,14 +260,20 @@ def find_candidates(
     outlines = outlines_of(links)
     strokes = strokes_of(chains, outlines)
     if view is None:
-        return candidates_of(outlines, working.scale, strokes, primitives)
+        return candidates_of(outlines, working.scale, strokes, primitives, rivalry)
     above = from_above(outlines, strokes, view, working)
-    return above.back(candidates_of(above.outlines, working.scale, above.strokes, primitives))
+    return above.back(candidates_of(above.outlines, working.scale, above.strokes, primitives, rivalry))
 
 
 def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[FittedEdge, ...]:
     """Fitted edges of an outline that is no polygon."""
     return tuple(with_rough_ends(e, working.scale) for e in working.fitted(split_at_corners(links)))
+
+
+def _is_frame(bounds: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Whether outlines run along all borders of the picture, shape (N,): that is no object unless all else."""
+    low, high = bounds[:, :2] / size, bounds[:, 2:] / size
+    return (low < FRAME).all(axis=1) & (high > 1 - FRAME).all(axis=1)
 
 
 def _pixel_boxes(bounds: NDArray[np.float64], size: tuple[int, int]) -> list[tuple[int, int, int, int]]:

@@ -24,6 +24,9 @@ ENLARGED_NOISE_GRADIENT = 10.0
 LEAST_GRADIENT = 16.0
 """Gradient of an edge in a picture without noise, over the root of the scale if it is enlarged (our own)."""
 
+LEAST_REDNESS = 24
+"""A picture whose redness spans fewer levels is not looked at for edges in it (our own)."""
+
 NOISY = 10.0
 """A picture with noise of a higher standard deviation is smoothed first, grey levels (our own)."""
 
@@ -171,6 +174,8 @@ def working_picture(picture: NDArray[np.uint8]) -> WorkingPicture:
     soft = _smoothed(picture, deviation) if deviation > NOISY else picture
     layers: list[Layer] = []
     for grey, smooth in zip(_quantities(picture), _quantities(soft), strict=True):
+        if layers and grey_quantile(grey, 0.998) - grey_quantile(grey, 0.002) < LEAST_REDNESS:
+            break
         noise = noise_level(grey) * (NOISE_GRADIENT if scale <= 1 else ENLARGED_NOISE_GRADIENT / scale)
         if deviation > NOISY:
             noise *= SMOOTHED_NOISE * max(1.0, deviation / STRONG)
