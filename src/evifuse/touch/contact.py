@@ -19,7 +19,7 @@ SUMMED = 1.2
 """Standard deviation of that average, in pitches."""
 WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
-NARROW_ERROR, WIDE_ERROR = 5e-4, 4e-3
+NARROW_ERROR, WIDE_ERROR = 5e-4, 3e-3
 """Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
 
 

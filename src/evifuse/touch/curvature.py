@@ -12,7 +12,7 @@ and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three th
   all rolls of a site, and then moved down to the surface: S = S_c (I + a S_c)^-1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
-__all__ = ["RollCurvature", "ShapeOperator", "measure_roll", "shape_operator", "spread_rad"]
+__all__ = ["RollCurvature", "ShapeOperator", "along", "measure_roll", "shape_operator", "spread_rad"]
 
 NARROWEST_RAD = 0.2
 """Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
@@ -198,6 +198,31 @@ def _moved_down(offset: NDArray[np.float64], radius_m: float) -> NDArray[np.floa
     m = axes @ np.diag(1 / np.maximum(1 + radius_m * values, SHARPEST)) @ axes.T
     (a, b), (_, c) = m
     return np.array([[a * a, 2 * a * b, b * b], [a * b, a * c + b * b, b * c], [b * b, 2 * b * c, c * c]])
+
+
+def along(roll: RollCurvature, shape: ShapeOperator | None) -> RollCurvature:
+    """A roll with the curvature that the shape operator of its site has along it.
+
+    Parameters
+    ----------
+    roll : RollCurvature
+        What the roll alone says.
+    shape : ShapeOperator or None
+        What all rolls of the site say together; None leaves the roll as it is.
+
+    Returns
+    -------
+    RollCurvature
+        With ``t S t`` and its standard error from the covariance of S.
+    """
+    if shape is None or shape.covariance is None:
+        return roll
+    c, s = np.cos(roll.direction_rad), np.sin(roll.direction_rad)
+    aside = roll.direction_rad - shape.k1_direction_rad
+    k = shape.k1_per_m * np.cos(aside) ** 2 + shape.k2_per_m * np.sin(aside) ** 2
+    weights = np.array([c * c, 2 * c * s, s * s])
+    error = np.sqrt(max(float(weights @ shape.covariance @ weights), 0.0))
+    return replace(roll, curvature_per_m=float(k), standard_error_per_m=float(error))
 
 
 def spread_rad(directions_rad: list[float]) -> float:

@@ -6,8 +6,8 @@ normal needs no exact position, so the two are weighted by how far each of them 
 don't fit count less (Huber). The surface is a graph over its tangent plane: a shape operator, third and
 fourth derivatives that stay small unless the data ask for them, and one scale for the contact's angle on the
 finger, as a wide patch of pressure is cut off by the rim of the array. The residual of the normal is an angle
-on the finger: an error of the contact on the array moves the contact's point and its normal together, and this
-angle is what it changes.
+on the finger: an error of the contact on the array moves the contact's point and its normal together, and
+this angle is what it changes.
 """
 
 from dataclasses import dataclass
@@ -19,13 +19,17 @@ __all__ = ["Blocks", "Patch", "fit_patch"]
 
 Array = NDArray[np.float64]
 
-HEIGHT_FLOOR = 2e-3
-"""Smallest scatter of heights that is believed, over the finger's radius.
+HEIGHT_FLOOR = 2.5e-4
+"""Smallest error of heights that all blocks of a roll share, over the finger's radius.
 
 The press is steady to a fiftieth of its depth at best, and what is left changes slowly along a roll.
 """
 ANGLE_FLOOR_RAD = 1e-4
 """Smallest scatter of normals that is believed."""
+LONGEST_STEP = 2.0
+"""Curvature changes by no more than so many times the finger's own in one step."""
+SHARPEST_PER_M = 1000.0
+"""Curvature beyond which its derivatives are not expected to grow."""
 HUBER = 2.0
 """Residuals beyond so many standard deviations count less."""
 
@@ -99,6 +103,7 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
     from evifuse.touch._kernels_patch import PARAMETERS, linearise
 
     count, scale = len(blocks.weight), _scales(blocks.radius_m)
+    reach = float(blocks.radius_m.mean())
     theta = _start(blocks)
     foot = blocks.centre_m[:, :2] - blocks.radius_m[:, None] * blocks.normal[:, :2]
     design, residual = np.zeros((count, 3, PARAMETERS)), np.zeros((count, 3))
@@ -117,11 +122,13 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
         prior = _prior(theta, blocks.scale_error) / scale**2
         covariance = np.linalg.inv(flat.T @ flat + np.diag(prior))
         change = covariance @ (flat.T @ b.ravel() - prior * scale * theta)
+        bend = reach * float(np.abs(change[3:6] / scale[3:6]).max())
+        change = change * min(1.0, LONGEST_STEP / max(bend, 1e-12))
         theta = theta + change / scale
         leverage = ((flat @ covariance) * flat).sum(axis=1).reshape(-1, 3)
         left = (b - a @ change) / row[:, [0, 1, 1]]
         before, error, weight = error, *_scatter(left, leverage, weight, blocks)
-        settled = np.abs(change).max() < 1e-3 * np.sqrt(np.diag(covariance)).max()
+        settled = np.abs(change[3:6]).max() < 0.02 * np.sqrt(np.abs(np.diag(covariance)[3:6])).min()
         if step > 2 and settled and np.abs(np.log(error / before)).max() < 0.02:
             break
     return Patch(theta, covariance / np.outer(scale, scale), float(error[0]), float(error[1]))
@@ -141,7 +148,8 @@ def _scatter(left: Array, leverage: Array, weight: Array, blocks: Blocks) -> tup
     )
     chain = np.clip(product / np.maximum(square.sum(axis=0), 1e-300), 0.0, 0.8)
     own = own * np.sqrt((1 + chain) / (1 - chain))  # neighbours that err together say less
-    floor = np.array([HEIGHT_FLOOR * float(blocks.radius_m.mean()), ANGLE_FLOOR_RAD])
+    shared = np.sqrt(len(same) / (1 + np.count_nonzero(~same)))
+    floor = np.array([HEIGHT_FLOOR * float(blocks.radius_m.mean()) * shared, ANGLE_FLOOR_RAD])
     return np.hypot(own, floor), blocks.weight[:, None] * robust
 
 
@@ -153,9 +161,9 @@ def _scales(radius_m: Array) -> Array:
 
 def _prior(theta: Array, scale_error: float) -> Array:
     """Inverse variances (16,): derivatives of curvature are of the order of powers of the curvature."""
-    k = max(float(np.abs(theta[[3, 5]]).max()), 3.0)
-    free = np.zeros(6)
-    return np.concatenate([free, [k**-4] * 4, [(3 * k**3) ** -2] * 5, [scale_error**-2]])
+    k = min(max(float(np.abs(theta[[3, 5]]).max()), 3.0), SHARPEST_PER_M)
+    widest = [0.0, 1.0, 1.0, *[1e-6] * 3]  # slopes below 1 and radii above 1 mm, in order of magnitude
+    return np.concatenate([widest, [k**-4] * 4, [(3 * k**3) ** -2] * 5, [scale_error**-2]])
 
 
 def _start(blocks: Blocks) -> Array:

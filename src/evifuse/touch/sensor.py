@@ -6,7 +6,7 @@ from evifuse.conductivity import KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack, contact_track
-from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
+from evifuse.touch.curvature import RollCurvature, ShapeOperator, along, measure_roll
 from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
@@ -14,6 +14,7 @@ from evifuse.touch.joint import turned_by_joint
 from evifuse.touch.missing import missed_sites
 from evifuse.touch.primitives import curvature_threshold_per_m, primitive_beliefs
 from evifuse.touch.reliance import contact_quality, reliance, resolution
+from evifuse.touch.site_shape import site_shape
 from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import chapter_belief, check_belief_model, resolved_belief, smearing_discount
 
@@ -61,7 +62,9 @@ def sense_curvature(
         recording, track = turned, contact_track(turned)
         touched = find_sites(recording, track)
     rolls = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
-    shapes = [shape_operator(found, radius) for found in rolls]
+    shapes = [site_shape(recording, track, site) for site in touched]
+    if model == "resolved":
+        rolls = [[along(roll, s) for roll in found] for found, s in zip(rolls, shapes, strict=True)]
     missed = missed_sites(recording, track.touching, touched, shapes)
     edges = [site_edge([find_edge(recording, track, site, r) for r in site.rolls]) for site in touched]
     if model == "chapter":

@@ -7,12 +7,16 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
-from evifuse.touch.rolling import contact_intervals, distance_to_segment, rolls_within
+from evifuse.touch.rolling import contact_intervals, distance_to_segment, gaps, rolls_within
 
 __all__ = ["ContactSite", "find_sites"]
 
 SAME_MIDDLE = 0.2
 """Rolls whose middles are closer than this share of their length cross the same site."""
+BRIDGE = 0.04
+"""A finger that leaves its straight way by less than this share of its radius was not lifted."""
+LONGEST_BRIDGE_NS = 500_000_000
+"""Half a second without pressure is the end of a contact."""
 SAME_SITE = 0.75
 """Rolls whose middles are further apart than this share of their length have no site in common."""
 
@@ -53,7 +57,7 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
     """
     rolls: list[NDArray[np.int64]] = []
     still: list[NDArray[np.int64]] = []
-    for start, stop in contact_intervals(track.touching, recording.time_ns):
+    for start, stop in _bridged(recording, contact_intervals(track.touching, recording.time_ns)):
         samples = start + np.flatnonzero(track.touching[start:stop])
         found = rolls_within(recording, track, samples)
         rolls += found
@@ -66,6 +70,26 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
         if all(np.linalg.norm(site.centre_m - other.centre_m) > 0.5 * radius for other in sites):
             sites.append(ContactSite(site.centre_m, site.normal, ()))
     return sorted(sites, key=lambda site: int(site.rolls[0][0]) if site.rolls else len(recording.time_ns))
+
+
+def _bridged(recording: TouchRecording, intervals: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Contacts between which the finger went straight on: there was no lift, taxels are far apart."""
+    joined: list[tuple[int, int]] = []
+    after_gaps = gaps(recording.time_ns)
+    for start, stop in intervals:
+        if joined:
+            before = joined[-1][1] - 1
+            way = recording.position_m[before : start + 1]
+            brief = recording.time_ns[start] - recording.time_ns[before] < LONGEST_BRIDGE_NS
+            whole = not np.any((after_gaps >= before) & (after_gaps < start))
+            if brief and whole:
+                aside = distance_to_segment(way, way[0], way[-1])
+                middle = np.sort(aside)[int(0.9 * (len(aside) - 1))]  # a few samples may be noise
+                if middle < BRIDGE * recording.fingertip.radius_m:
+                    joined[-1] = (joined[-1][0], stop)
+                    continue
+        joined.append((start, stop))
+    return joined
 
 
 def _groups(recording: TouchRecording, rolls: list[NDArray[np.int64]]) -> list[list[int]]:
