@@ -185,6 +185,27 @@ def touch(
 
 
 @app.command
+def check(
+    *recordings: str,
+    fingertip: Annotated[
+        str | None,
+        Parameter(help="Layout instead of the recording's own: sphere, paxini:MODEL, or a CSV or JSON file."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say what a touch recording lacks, part by part; exit code 2 if an estimate would be refused.
+
+    Parameters
+    ----------
+    recordings
+        Touch recordings: MCAP, ROS 2 bags, CSV, NPZ, Parquet, folders of them, or patterns.
+    """
+    from evifuse.app.check import run_check
+
+    run_check(recordings, fingertip, json)
+
+
+@app.command
 def simulate(
     surface: Surface,
     /,

@@ -17,10 +17,12 @@ from evifuse.recordings.raw import RawTouch
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.recordings.units import to_pascal
 
-__all__ = ["held_to_fresh", "touch_of"]
+__all__ = ["held_to_fresh", "suspected_millimetres", "touch_of"]
 
 MOSTLY_NAN = 0.5
 """A taxel that is NaN in more than this share of the samples is left out of the fingertip."""
+FAST_M_PER_S = 3.0
+"""No finger rolls at such a speed: the position is not in metres."""
 
 
 def touch_of(raw: RawTouch) -> TouchRecording:
@@ -59,6 +61,8 @@ def touch_of(raw: RawTouch) -> TouchRecording:
     angle = raw.joint_rad[:, None]
     joint = _known(raw.joint_time_ns, angle, raw.called.get("joint", "joint"), name, notes)
     turned = unit(pose.values[:, 3:], "finger orientations", name)
+    if suspected_millimetres(pose.time_ns, pose.values[:, :3]):
+        notes.append(f"{name}: the finger moves faster than {FAST_M_PER_S:g} m/s: is its position in mm?")
     keep &= _covered(raw.time_ns, (pose, joint), name, notes)
     time_ns = raw.time_ns[keep]
     _say_gaps(raw.time_ns, name, notes)
@@ -206,6 +210,36 @@ def held_to_fresh(time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> ND
     first = [0] if change[0] <= 2 * step else [0, int(change[0]) - step]
     last = [len(time_ns) - 1] if len(time_ns) - change[-1] > 2 * step else []
     return np.unique(np.concatenate([first, change, still, last]).astype(np.int64))
+
+
+def suspected_millimetres(time_ns: NDArray[np.int64], position: NDArray[np.float64]) -> bool:
+    """Whether positions move too fast to be in metres.
+
+    Parameters
+    ----------
+    time_ns : ndarray of int64, shape (P,)
+        Times.
+    position : ndarray of float64, shape (P, 3)
+        Positions, said to be metres.
+
+    Returns
+    -------
+    bool
+        If half of the moving is faster than 3 m/s, over distances that matter.
+    """
+    if len(time_ns) < 10:
+        return False
+    seconds = (time_ns - time_ns[0]).astype(np.float64) * 1e-9
+    whole = np.isfinite(position).all(axis=1)
+    seconds, position = seconds[whole], position[whole]
+    if len(seconds) < 10 or float(np.ptp(position, axis=0).max()) < 1:
+        return False
+    lag = max(1, len(seconds) // 200)  # noise of single samples is not speed
+    step = np.linalg.norm(position[lag:] - position[:-lag], axis=1)
+    took = np.maximum(seconds[lag:] - seconds[:-lag], 1e-9)
+    speed = step / took
+    moving = speed[speed > 0.01 * speed.max()]
+    return bool(len(moving)) and float(np.median(moving)) > FAST_M_PER_S
 
 
 def _covered(

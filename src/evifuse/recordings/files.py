@@ -24,6 +24,7 @@ __all__ = [
     "read_raw_scene",
     "read_scene",
     "read_touch",
+    "with_fingertip",
     "write_scene",
     "write_touch",
 ]
@@ -101,13 +102,27 @@ def read_touch(
             f"{file}: the recording holds no touch (no topic /finger/taxels){cut}: record it too"
         )
     if fingertip is not None and raw.touch is not None:
-        raw = replace(raw, touch=_with_fingertip(raw.touch, fingertip))
+        raw = replace(raw, touch=with_fingertip(raw.touch, fingertip))
     touch = scene_of(raw, str(file), partial=partial).touch
     assert touch is not None
     return touch
 
 
-def _with_fingertip(raw: RawTouch, tip: Fingertip) -> RawTouch:
+def with_fingertip(raw: RawTouch, tip: Fingertip) -> RawTouch:
+    """A touch with another geometry of the fingertip.
+
+    Parameters
+    ----------
+    raw : RawTouch
+        As its file has it.
+    tip : Fingertip
+        The geometry.
+
+    Returns
+    -------
+    RawTouch
+        It lacks no fingertip any more.
+    """
     lacking = {part: line for part, line in raw.lacking.items() if part != "fingertip"}
     return replace(
         raw, radius_m=tip.radius_m, positions_m=tip.positions_m, normals=tip.normals, lacking=lacking
