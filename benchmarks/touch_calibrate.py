@@ -1,0 +1,114 @@
+"""Learn how far the estimate of a site is relied on, and write `knowledge/reliance.yaml`.
+
+Simulated recordings of all primitives, with seeds below 1000. The weights make what is true most likely in
+the pignistic probabilities of the sites (logarithmic score), with a weak pull of every weight to 0; a weight
+can't be positive, as no term makes a site more reliable. The rest of the seeds tells how it does.
+"""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import touch_cases
+from touch import real_layouts
+from touch_primitives import labelled, random_surface
+
+from evifuse.errors import EvifuseError
+from evifuse.simulation import simulate
+from evifuse.touch import reliance as rely
+from evifuse.touch import sensor
+from evifuse.touch.reliance import TERMS
+
+PATH = Path(__file__).parents[1] / "src/evifuse/knowledge/reliance.yaml"
+NOTES = {
+    "coarse": "pitch over patch radius",
+    "noisy": "noise over peak pressure, tenths",
+    "slip": "share of the turn that was not rolled, tenths",
+    "unresolved": "standard error over the threshold between flat and curved",
+}
+PULL = 0.02
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=30, help="recordings of each primitive")
+    parser.add_argument("--write", action="store_true", help="write the model; only print it otherwise")
+    arguments = parser.parse_args()
+    rows = list(gathered(arguments.count))
+    terms = np.array([[values.get(name, 0.0) for name in TERMS] for values, _ in rows])
+    share = np.array([given for _, given in rows])
+    learned = fitted(terms[::2], share[::2])
+    for name, part in (("learned on", slice(0, None, 2)), ("held out", slice(1, None, 2))):
+        print(f"{name}: {len(share[part])} sites, log score {score(learned, terms[part], share[part]):.4f}")
+    learned = fitted(terms, share)
+    lines = [f"  {n}: {w:.3f}  # {NOTES[n]}" for n, w in zip(TERMS, learned[1:], strict=True)]
+    text = "\n".join(
+        [
+            *PATH.read_text().split("constant:")[0].splitlines(),
+            f"constant: {learned[0]:.3f}",
+            "terms:",
+            *lines,
+        ]
+    )
+    print(text)
+    if arguments.write:
+        PATH.write_text(text + "\n")
+
+
+def gathered(count: int) -> Iterator[tuple[dict[str, float], float]]:
+    """Terms of each touched site, and the probability that its distribution gives to what is true."""
+    tips: dict[str, Any] = {"sphere 305": None} | real_layouts()
+    seen: list[dict[str, float]] = []
+    kept = rely
+
+    def recorded(terms: dict[str, float]) -> float:
+        seen.append(terms)
+        return 1.0
+
+    sensor.reliance = recorded
+    try:
+        for primitive in touch_cases.NAMES[:-1]:
+            for seed in range(500, 500 + count):
+                generator = touch_cases.stream(seed, "calibrate", primitive)
+                name, size = random_surface(primitive, generator)
+                tip = list(tips.values())[int(generator.integers(len(tips)))]
+                levels = list(touch_cases.NOISES.values())[: 4 if tip is None else 3]
+                noise, skin = levels[int(generator.integers(len(levels)))]
+                try:
+                    scene = simulate(
+                        name, seed=seed, noise=noise, skin=skin, picture=False, fingertip=tip, **size
+                    )
+                except EvifuseError:
+                    continue
+                seen.clear()
+                felt = sensor.sense_curvature(scene.scene.touch)
+                key = (name, "", "", seed, 0.0)
+                for row in touch_cases.rows_of(scene, felt, felt, key):
+                    if row.masses and np.isfinite(row.felt[0]) and seen:
+                        true = labelled(row, 0.01 if tip is None else tip.radius_m).primitive
+                        yield dict(seen[0]), row.masses.get(true, 0.0)
+    finally:
+        sensor.reliance = kept
+
+
+def score(weights: np.ndarray, terms: np.ndarray, share: np.ndarray) -> float:
+    """Mean logarithm of the pignistic probability of what is true."""
+    relied = 1 / (1 + np.exp(-np.clip(weights[0] + terms @ weights[1:], -50, 50)))
+    return float(np.mean(np.log(relied * share + (1 - relied) / len(touch_cases.NAMES))))
+
+
+def fitted(terms: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Constant and weights, by L-BFGS."""
+    from scipy.optimize import minimize
+
+    def loss(weights: np.ndarray) -> float:
+        return -score(weights, terms, share) + PULL * float(np.square(weights[1:]).mean())
+
+    bounds = [(-2.0, 6.0), *[(-8.0, 0.0)] * len(TERMS)]
+    return minimize(loss, np.array([3.0, *[-0.5] * len(TERMS)]), method="L-BFGS-B", bounds=bounds).x
+
+
+if __name__ == "__main__":
+    main()
