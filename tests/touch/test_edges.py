@@ -35,7 +35,7 @@ def test_a_rod_of_half_a_millimetre_is_an_edge_along_its_axis(noise):
     for edge in found:
         assert edge.convex
         assert edge.turn_rad > 0.25
-        assert edge.width_m < 0.15 * 0.010 * edge.turn_rad
+        assert edge.width_m < 0.1 * 0.010 * edge.turn_rad
         across = np.angle(np.exp(2j * (edge.direction_rad - 0.4 - np.pi / 2))) / 2
         assert abs(across) < 0.5
 

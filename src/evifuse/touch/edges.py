@@ -21,7 +21,7 @@ from evifuse.touch.sites import ContactSite
 
 __all__ = ["Edge", "beside_edges", "find_edge", "site_edge"]
 
-SHARP = 0.15
+SHARP = 0.1
 """An edge's radius is below this share of the fingertip's (concave: the centre's way is)."""
 SMALLEST_TURN_RAD = 0.25
 """An edge turns the normal by so much at least: 14 degrees."""
@@ -68,7 +68,7 @@ def find_edge(
 ) -> Edge | None:
     """Edge that one roll crosses.
 
-    Of all stretches of the roll that turn by 0.25 rad or more with a radius of curvature below 0.15 times
+    Of all stretches of the roll that turn by 0.25 rad or more with a radius of curvature below a tenth of
     the fingertip's, the one that does so most clearly.
 
     Parameters
