@@ -12,17 +12,22 @@ from numpy.typing import NDArray
 from evifuse.errors import RecordingError
 from evifuse.recordings import rotation
 from evifuse.recordings.checks import checked_touch, unit
-from evifuse.recordings.clock import LONGEST_GAP_S, gaps, rate_hz
+from evifuse.recordings.clock import (
+    FAST_M_PER_S,
+    LONGEST_GAP_S,
+    gaps,
+    held_to_fresh,
+    rate_hz,
+    suspected_millimetres,
+)
 from evifuse.recordings.raw import RawTouch
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.recordings.units import to_pascal
 
-__all__ = ["held_to_fresh", "suspected_millimetres", "touch_of"]
+__all__ = ["touch_of"]
 
 MOSTLY_NAN = 0.5
 """A taxel that is NaN in more than this share of the samples is left out of the fingertip."""
-FAST_M_PER_S = 3.0
-"""No finger rolls at such a speed: the position is not in metres."""
 
 
 def touch_of(raw: RawTouch) -> TouchRecording:
@@ -181,65 +186,6 @@ def _known(
         )
         time_ns, values = time_ns[fresh], values[fresh]
     return _Known(time_ns, values, called)
-
-
-def held_to_fresh(time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """Samples at which a value that is written again and again until the next comes is fresh.
-
-    Parameters
-    ----------
-    time_ns : ndarray of int64, shape (P,)
-        Times.
-    values : ndarray of float64, shape (P, D)
-        Values.
-
-    Returns
-    -------
-    ndarray of int64 or None
-        Samples to interpolate between; None if values are not held. Where one is held for longer than usual,
-        the finger stood still, and a repeat of it is taken too.
-    """
-    change = np.flatnonzero((np.diff(values, axis=0) != 0).any(axis=1)) + 1
-    if len(change) < 10:
-        return None
-    steps = np.diff(change)
-    step = int(np.median(steps))
-    if step < 2 or np.mean(np.abs(steps - step) <= 1) < 0.8:
-        return None
-    still = change[1:][steps > 2 * step] - step
-    first = [0] if change[0] <= 2 * step else [0, int(change[0]) - step]
-    last = [len(time_ns) - 1] if len(time_ns) - change[-1] > 2 * step else []
-    return np.unique(np.concatenate([first, change, still, last]).astype(np.int64))
-
-
-def suspected_millimetres(time_ns: NDArray[np.int64], position: NDArray[np.float64]) -> bool:
-    """Whether positions move too fast to be in metres.
-
-    Parameters
-    ----------
-    time_ns : ndarray of int64, shape (P,)
-        Times.
-    position : ndarray of float64, shape (P, 3)
-        Positions, said to be metres.
-
-    Returns
-    -------
-    bool
-        If half of the moving is faster than 3 m/s, over distances that matter.
-    """
-    if len(time_ns) < 10:
-        return False
-    seconds = (time_ns - time_ns[0]).astype(np.float64) * 1e-9
-    whole = np.isfinite(position).all(axis=1)
-    seconds, position = seconds[whole], position[whole]
-    if len(seconds) < 10 or float(np.ptp(position, axis=0).max()) < 1:
-        return False
-    lag = max(1, len(seconds) // 200)  # noise of single samples is not speed
-    step = np.linalg.norm(position[lag:] - position[:-lag], axis=1)
-    took = np.maximum(seconds[lag:] - seconds[:-lag], 1e-9)
-    speed = step / took
-    moving = speed[speed > 0.01 * speed.max()]
-    return bool(len(moving)) and float(np.median(moving)) > FAST_M_PER_S
 
 
 def _covered(

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
-from evifuse.recordings.clock import LONGEST_GAP_S, gaps, rate_hz
-from evifuse.recordings.door import held_to_fresh, suspected_millimetres
+from evifuse.recordings.clock import LONGEST_GAP_S, gaps, held_to_fresh, rate_hz, suspected_millimetres
 from evifuse.recordings.raw import RawTouch
 from evifuse.recordings.units import to_pascal
 
@@ -69,7 +68,8 @@ def inspect_touch(raw: RawTouch) -> list[Finding]:
         if missing is not None:
             found.append(Finding(name, "refused", missing))
         else:
-            found += [Finding(name, verdict, text) for verdict, text in look(raw)]
+            with np.errstate(all="ignore"):  # numbers may be of any size here
+                found += [Finding(name, verdict, text) for verdict, text in look(raw)]
     return found
 
 
