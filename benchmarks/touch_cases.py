@@ -20,6 +20,7 @@ NOISES: dict[str, tuple[Noise, Skin]] = {
     "slipping": (Noise(pressure_pa=200.0, position_m=2e-5, angle_rad=2e-3, slip=0.15), Skin()),
 }
 SAME_PLACE_M = 0.004
+OPENING_M = 0.012
 FLAT_PER_M = 16.7  # what errors on a plane are compared with
 
 
@@ -105,7 +106,8 @@ def rows_of(
 ) -> list[SiteRow]:
     rows: list[SiteRow] = []
     for true in scene.truth.sites:
-        near = [s for s in felt.sites if np.linalg.norm(s.position_m - true.position_m) < SAME_PLACE_M]
+        reach = SAME_PLACE_M if true.contact else OPENING_M
+        near = [s for s in felt.sites if np.linalg.norm(s.position_m - true.position_m) < reach]
         site = min(near, key=lambda s: float(np.linalg.norm(s.position_m - true.position_m)), default=None)
         index = next((i for i, s in enumerate(felt.sites) if s is site), -1)
         alone = [c.joint_curvature_per_m for c in felt.local_curvatures if c.site == index]

@@ -13,18 +13,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.recordings.recording import TouchRecording
+from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
-__all__ = ["Edge", "beside_edges", "find_edge", "site_edge"]
+__all__ = ["Edge", "beside_edges", "find_edge", "site_edge", "taxel_angle_rad"]
 
 SHARP = 0.1
 """An edge's radius is below this share of the fingertip's (concave: the centre's way is)."""
 SMALLEST_TURN_RAD = 0.25
 """An edge turns the normal by so much at least: 14 degrees."""
+TAXELS = 2.5
+"""And by the angle between so many neighbouring taxels: what is felt sticks to a taxel before it moves on."""
 TIMES_THE_ERROR = 2.0
 """How many standard errors the radius must be clear of what counts as sharp."""
 BESIDE = 2.0
@@ -91,12 +93,13 @@ def find_edge(
     path, turn, normal, error_rad = _stretches(recording, track, site, roll)
     error = TIMES_THE_ERROR * np.sqrt(2) * radius * error_rad
     moved, turned = path[None, :] - path[:, None], turn[None, :] - turn[:, None]
+    least = max(SMALLEST_TURN_RAD, TAXELS * taxel_angle_rad(recording.fingertip))
     found: list[Edge] = []
     for convex, total, width in (
-        (True, turned, np.abs(moved - radius * turned)),
-        (False, -turned, np.abs(moved)),
+        (True, turned, np.abs(moved)),
+        (False, -turned, np.abs(moved + radius * turned)),
     ):
-        sharp = (total >= SMALLEST_TURN_RAD) & (moved >= -error) & (width + error <= SHARP * radius * total)
+        sharp = (total >= least) & (width + error <= SHARP * radius * total)
         if sharp.any():
             clear = np.where(sharp, 2 * SHARP * radius * total - width, -np.inf)
             i, j = np.unravel_index(int(np.argmax(clear)), sharp.shape)
@@ -127,6 +130,28 @@ def site_edge(edges: Sequence[Edge | None]) -> Edge | None:
     return replace(most, corner=bool(apart > CORNER_RAD))
 
 
+def taxel_angle_rad(fingertip: Fingertip) -> float:
+    """Typical angle between the normals of neighbouring taxels.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        N taxels.
+
+    Returns
+    -------
+    float
+        Median over the taxels of the mean angle to the four nearest others, radians; pi for one taxel.
+    """
+    place, normals = fingertip.positions_m, fingertip.normals
+    if len(place) < 2:
+        return float(np.pi)
+    squared = np.square(place).sum(axis=1)
+    near = np.argsort(squared[:, None] + squared - 2 * place @ place.T, axis=1)[:, 1:5]
+    cosine = np.einsum("nd,nkd->nk", normals, normals[near])
+    return float(np.median(np.arccos(np.clip(cosine, -1.0, 1.0)).mean(axis=1)))
+
+
 def beside_edges(sites: Sequence[ContactSite], edges: Sequence[Edge | None], radius_m: float) -> list[bool]:
     """Which sites are next to an edge: a roll in one direction there says where the finger fell.
 
@@ -151,21 +176,22 @@ def beside_edges(sites: Sequence[ContactSite], edges: Sequence[Edge | None], rad
 def _stretches(
     recording: TouchRecording, track: ContactTrack, site: ContactSite, roll: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
-    """Path of the centre (B,), turn (B,), normal (B, 2) of B parts of a roll; the turn's standard error.
+    """Path of the contact (B,), turn (B,), normal (B, 2) of B parts of a roll; the turn's standard error.
 
     Path and turn are those in the plane of the roll. The path is summed along the surface's tangent, not over
     its own steps, so that noise doesn't lengthen it. The error is that of second differences, which a steady
     turn doesn't have; the few at the ends of an edge are left out.
     """
     axes = np.stack([*tangents(site.normal), site.normal], axis=1)
-    centre, normal = recording.position_m[roll] @ axes, track.normal[roll] @ axes
+    point, normal = track.point_m[roll] @ axes, track.normal[roll] @ axes
+    centre = recording.position_m[roll] @ axes
     radius = recording.fingertip.radius_m
-    extent = np.linalg.norm(np.ptp(centre, axis=0)) + radius * np.linalg.norm(np.ptp(normal[:, :2], axis=0))
+    extent = np.linalg.norm(np.ptp(point, axis=0)) + radius * np.linalg.norm(np.ptp(normal[:, :2], axis=0))
     count = int(np.clip(2 * extent / taxel_pitch_m(recording.fingertip), 8, min(64, len(roll))))
-    blocks = np.array_split(np.concatenate([centre, normal], axis=1), count)
+    blocks = np.array_split(np.concatenate([point, normal, centre], axis=1), count)
     means = np.array([block.mean(axis=0) for block in blocks])
-    way, change = means[-1, :2] - means[0, :2], means[-1, 3:5] - means[0, 3:5]
-    heading = way if np.linalg.norm(way) > SHARP * radius else change
+    change, way = means[-1, 3:5] - means[0, 3:5], means[-1, 6:8] - means[0, 6:8]
+    heading = way if np.linalg.norm(way) > SHARP * radius else -change
     heading = heading / max(float(np.linalg.norm(heading)), 1e-12)
     turn = np.arctan2(means[:, 3:5] @ heading, means[:, 5])
     middle, step = 0.5 * (turn[1:] + turn[:-1]), np.diff(means[:, :3], axis=0)

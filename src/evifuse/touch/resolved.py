@@ -26,7 +26,7 @@ TO_MEAN_AND_DIFFERENCE = np.array([[0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [0.0, 1.0,
 
 
 def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
-    """Threshold between flat and curved at a site: gamma, or twice the standard error where that is more.
+    """Threshold between flat and curved at a site: gamma, or twice the larger error where that is more.
 
     A plane then stays a plane when it is felt badly: curvatures that the error alone explains are not called
     curved. What a wide threshold costs is said by `evifuse.touch.reliance`.
@@ -43,7 +43,7 @@ def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
     float
         Threshold, 1/m.
     """
-    return max(gamma_per_m, TIMES_THE_ERROR * min(shape.k1_error_per_m, shape.k2_error_per_m))
+    return max(gamma_per_m, TIMES_THE_ERROR * max(shape.k1_error_per_m, shape.k2_error_per_m))
 
 
 def operator_covariance(shape: ShapeOperator) -> NDArray[np.float64]:
