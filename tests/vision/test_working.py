@@ -66,7 +66,14 @@ def test_the_rim_stands_for_the_object_unless_it_is_hardly_believed() -> None:
     prominence = np.array([3.0, 2.0, 1.0])
     for scores, chosen in (([0.8, 0.4, 0.4], [1, 2]), ([0.8, 0.1, 0.4], [0, 2]), ([0.8, 0.4, 0.01], [1])):
         scores = np.array(scores)
-        assert group_objects(boxes, scores, scores, prominence, 0.04)[0] == chosen
+        assert group_objects(boxes, scores, np.full(3, 0.5), prominence, 0.04)[0] == chosen
+
+
+def test_two_that_overlap_are_no_rim_of_one() -> None:
+    boxes = np.array([[10, 10, 50, 50], [4, 4, 60, 60]], np.float64)
+    scores, prominence = np.array([0.8, 0.8]), np.array([3.0, 2.0])
+    assert group_objects(boxes, scores, np.array([0.9, 0.9]), prominence, 0.04)[0] == [1]
+    assert group_objects(boxes, scores, np.array([0.9, 0.5]), prominence, 0.04)[0] == [0]
 
 
 def test_what_lies_on_a_clear_object_is_another_only_if_it_is_clear_too() -> None:

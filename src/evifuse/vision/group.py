@@ -26,6 +26,9 @@ RIM_AREA = 2.5
 RIM_SCORE = 0.3
 """A rim has at least this share of the score of what it encloses (our own, tuned)."""
 
+RIM_SUPPORT = 0.8
+"""By itself it is believed to be a shape nearly as much: two that overlap are no rim (our own, tuned)."""
+
 ENCLOSED = 0.9
 """Share of a box that lies within one that encloses it (our own)."""
 
@@ -70,6 +73,7 @@ def group_objects(
     together = same_object(boxes, NESTED_AREA)
     near = same_object(boxes)
     rim = _encloses(boxes) & (scores >= RIM_SCORE * scores[:, None])
+    rim &= support >= RIM_SUPPORT * support[:, None]
     size = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
     taken = np.zeros(len(ranked), np.bool_)
     owner = np.full(len(ranked), -1)

@@ -271,9 +271,9 @@ def _edges_between_corners(links: LinkList, working: WorkingPicture) -> tuple[Fi
 
 
 def _is_frame(bounds: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether outlines run along all borders of the picture, shape (N,): that is no object unless all else."""
+    """Whether outlines run along all borders of the picture, shape (N,): seldom an object."""
     low, high = bounds[:, :2] / size, bounds[:, 2:] / size
-    return (low < FRAME).all(axis=1) & (high > 1 - FRAME).all(axis=1)
+    return np.all((low < FRAME) & (high > 1 - FRAME), axis=1)
 
 
 def _pixel_boxes(bounds: NDArray[np.float64], size: tuple[int, int]) -> list[tuple[int, int, int, int]]:
