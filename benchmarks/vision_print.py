@@ -52,7 +52,7 @@ def print_strangers(sensor: dict[str, dict[str, Any]]) -> None:
 
 def print_learned(source: str, learned: dict[str, dict[str, Any]]) -> None:
     print(f"\nlearned from clean {source}, examples of each class: mean over draws, 95 % interval (Student)")
-    print("(prototypes on the sensor's evidence; its own weights are learned from all of dev)")
+    print("(prototypes on the sensor's evidence; its own weights are learned from all of the other half)")
     print(f"{'':22}{OURS:26}{THEIRS:26}{'difference, paired':28}draws")
     for count, conditions in learned.items():
         for condition, row in conditions.items():
