@@ -9,6 +9,7 @@ from evifuse.touch.fingersurface import FingerSurface, surface_of
 from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.layouts import load_fingertip
 from evifuse.touch.missing import MissedSite, missed_sites
+from evifuse.touch.online import CurvatureTracker, TrackedSite, Tracking
 from evifuse.touch.primitives import (
     CURVATURE_FRAME,
     NO_CONTACT,
@@ -20,6 +21,7 @@ from evifuse.touch.primitives import (
 from evifuse.touch.reliance import contact_quality, reliance
 from evifuse.touch.resolved import primitive_probabilities
 from evifuse.touch.sensor import sense_curvature
+from evifuse.touch.site_shape import site_shape
 from evifuse.touch.sites import ContactSite, find_sites
 from evifuse.touch.smearing import (
     BELIEF_MODELS,
@@ -36,6 +38,7 @@ __all__ = [
     "PRIMITIVES",
     "ContactSite",
     "ContactTrack",
+    "CurvatureTracker",
     "Edge",
     "FeltSite",
     "FeltSurface",
@@ -44,6 +47,8 @@ __all__ = [
     "MissedSite",
     "RollCurvature",
     "ShapeOperator",
+    "TrackedSite",
+    "Tracking",
     "chapter_belief",
     "class_probabilities",
     "contact_quality",
@@ -63,6 +68,7 @@ __all__ = [
     "shape_operator",
     "site_edge",
     "site_evidence",
+    "site_shape",
     "smearing_discount",
     "spherical_fingertip",
     "surface_of",

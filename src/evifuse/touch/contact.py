@@ -114,7 +114,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     clear, clearest, seen = pressure, peak, strongest
     threshold = max(4 * noise, 0.01 * top, CONTACT_FLOOR_PA / 2)
     if noisy:
-        clear = pressure @ _neighbourhoods(tip, SUMMED * pitch)
+        clear = pressure @ neighbourhoods(tip, SUMMED * pitch)
         clearest, seen = peaks(clear)
         threshold = max(3 * noise, 0.02 * float(np.percentile(clearest, 99)), CONTACT_FLOOR_PA / 2)
     touching = clearest > 2 * threshold
@@ -143,7 +143,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     )
 
 
-def _neighbourhoods(tip: Fingertip, width_m: float) -> NDArray[np.float64]:
+def neighbourhoods(tip: Fingertip, width_m: float) -> NDArray[np.float64]:
     """Weights (N, N) that sum neighbours, a Gaussian; they leave the standard deviation of noise as it is."""
     apart = tip.positions_m[:, None] - tip.positions_m[None]
     weight = np.exp(-0.5 * np.square(apart).sum(axis=-1) / width_m**2)

@@ -95,6 +95,33 @@ class ShapeOperator:
     k1_direction_rad: float
     covariance: NDArray[np.float64] | None = None
 
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The operator [[k_xx, k_xy], [k_xy, k_yy]] in the site's tangent axes, 1/m, shape (2, 2)."""
+        c, s = np.cos(self.k1_direction_rad), np.sin(self.k1_direction_rad)
+        axes = np.array([[c, -s], [s, c]])
+        return axes @ np.diag([self.k1_per_m, self.k2_per_m]) @ axes.T
+
+    def along(self, direction_rad: float) -> tuple[float, float]:
+        """Normal curvature along a direction.
+
+        Parameters
+        ----------
+        direction_rad : float
+            As `RollCurvature.direction_rad`.
+
+        Returns
+        -------
+        curvature_per_m, standard_error_per_m : float
+            ``t S t`` and its standard error from the covariance, NaN without one, 1/m.
+        """
+        c, s = np.cos(direction_rad), np.sin(direction_rad)
+        weights = np.array([c * c, 2 * c * s, s * s])
+        k = float(weights @ self.matrix[[0, 0, 1], [0, 1, 1]])
+        if self.covariance is None:
+            return k, float("nan")
+        return k, float(np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
+
 
 def measure_roll(
     recording: TouchRecording, track: ContactTrack, site: ContactSite, roll: NDArray[np.int64]
@@ -217,12 +244,8 @@ def along(roll: RollCurvature, shape: ShapeOperator | None) -> RollCurvature:
     """
     if shape is None or shape.covariance is None:
         return roll
-    c, s = np.cos(roll.direction_rad), np.sin(roll.direction_rad)
-    aside = roll.direction_rad - shape.k1_direction_rad
-    k = shape.k1_per_m * np.cos(aside) ** 2 + shape.k2_per_m * np.sin(aside) ** 2
-    weights = np.array([c * c, 2 * c * s, s * s])
-    error = np.sqrt(max(float(weights @ shape.covariance @ weights), 0.0))
-    return replace(roll, curvature_per_m=float(k), standard_error_per_m=float(error))
+    k, error = shape.along(roll.direction_rad)
+    return replace(roll, curvature_per_m=k, standard_error_per_m=error)
 
 
 def spread_rad(directions_rad: list[float]) -> float:

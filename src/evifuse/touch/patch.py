@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Blocks", "Patch", "fit_patch"]
+__all__ = ["Blocks", "Patch", "added_to_patch", "fit_patch"]
 
 Array = NDArray[np.float64]
 
@@ -134,6 +134,41 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
     return Patch(theta, covariance / np.outer(scale, scale), float(error[0]), float(error[1]))
 
 
+def added_to_patch(patch: Patch, blocks: Blocks) -> Patch:
+    """Add blocks to a fitted patch by one Gauss-Newton step, in information form.
+
+    Parameters
+    ----------
+    patch : Patch
+        What is known.
+    blocks : Blocks
+        New blocks, in the same frame.
+
+    Returns
+    -------
+    Patch
+        With the scatter as it was.
+    """
+    from evifuse.touch._kernels_patch import PARAMETERS, linearise
+
+    count, scale = len(blocks.weight), _scales(blocks.radius_m)
+    design, residual = np.zeros((count, 3, PARAMETERS)), np.zeros((count, 3))
+    foot = blocks.centre_m[:, :2] - blocks.radius_m[:, None] * blocks.normal[:, :2]
+    theta = patch.parameters.copy()
+    linearise(
+        theta, blocks.centre_m, blocks.normal, blocks.radius_m, blocks.tilt, foot, design, residual, 8
+    )  # fmt: skip
+    error = np.array([patch.height_error_m, *[patch.angle_error_rad] * 2]) / np.sqrt(blocks.weight)[:, None]
+    size = np.abs(residual) / error
+    robust = np.sqrt(np.minimum(1.0, 2 * HUBER / np.maximum(size, 1e-9)))
+    flat = (design / scale / error[:, :, None] * robust[:, :, None]).reshape(-1, PARAMETERS)
+    information = np.linalg.inv(patch.covariance * np.outer(scale, scale)) + flat.T @ flat
+    covariance = np.linalg.inv(information)
+    theta = theta + covariance @ (flat.T @ (residual / error * robust).ravel()) / scale
+    covariance = covariance / np.outer(scale, scale)
+    return Patch(theta, covariance, patch.height_error_m, patch.angle_error_rad)
+
+
 def _scatter(left: Array, leverage: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
     """Scatter of heights and normals that is left, freed of the fit's share, and weights for the next fit."""
     square = np.stack([left[:, 0] ** 2, left[:, 1] ** 2 + left[:, 2] ** 2], axis=1)
@@ -170,10 +205,14 @@ def _start(blocks: Blocks) -> Array:
     """First guess (16,): normals against centres is a linear law for the surface at the centre's height."""
     root = np.sqrt(blocks.weight)[:, None]
     rows = np.concatenate([np.ones((len(root), 1)), blocks.centre_m[:, :2]], axis=1) * root
-    solution = np.linalg.lstsq(rows, -blocks.normal[:, :2] * root, rcond=None)[0]
-    offset, axes = np.linalg.eigh(0.5 * (solution[1:] + solution[1:].T))
     radius = float(blocks.radius_m.mean())
-    k = offset / np.maximum(1 + radius * offset, 0.05)
+    ridge = (
+        len(root) * (0.01 * radius) ** 2 * np.diag([1.0, 1.0, 1.0])
+    )  # across a single way nothing is known
+    ridge[0, 0] = 1e-9
+    solution = np.linalg.solve(rows.T @ rows + ridge, rows.T @ (-blocks.normal[:, :2] * root))
+    offset, axes = np.linalg.eigh(0.5 * (solution[1:] + solution[1:].T))
+    k = np.maximum(offset / np.maximum(1 + radius * offset, 0.05), -5 / radius)
     (xx, xy), (_, yy) = axes @ np.diag(k) @ axes.T
     theta = np.zeros(16)
     theta[1:6] = *solution[0], xx, xy, yy
