@@ -1,9 +1,12 @@
 """MuJoCo worlds that write recordings: a fingertip rolls over a known surface, a camera looks at it."""
 
+from evifuse.simulation.defects import Defects, with_defects
 from evifuse.simulation.fingertip import Skin, grid_fingertip
+from evifuse.simulation.mesh import MeshSurface, load_mesh
 from evifuse.simulation.noise import NOISES, Noise
 from evifuse.simulation.procedure import Procedure
 from evifuse.simulation.simulate import SimulatedScene, simulate
+from evifuse.simulation.sites import auto_sites
 from evifuse.simulation.surface import Surface
 from evifuse.simulation.surfaces import SURFACES, surface
 from evifuse.simulation.truth import SiteTruth, Truth, primitive_of
@@ -11,6 +14,8 @@ from evifuse.simulation.truth import SiteTruth, Truth, primitive_of
 __all__ = [
     "NOISES",
     "SURFACES",
+    "Defects",
+    "MeshSurface",
     "Noise",
     "Procedure",
     "SimulatedScene",
@@ -18,8 +23,11 @@ __all__ = [
     "Skin",
     "Surface",
     "Truth",
+    "auto_sites",
     "grid_fingertip",
+    "load_mesh",
     "primitive_of",
     "simulate",
     "surface",
+    "with_defects",
 ]

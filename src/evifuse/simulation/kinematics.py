@@ -1,8 +1,9 @@
 """Rolling without slip and without spin of one smooth surface on another: exact kinematics, no forces.
 
 With n the outward normal of the touched surface, S its curvature tensor (concave up positive) and B that of
-the finger (convex positive), they keep a common tangent plane only if a turn ``omega`` of the finger moves the contact by ``v = (B - S)^-1 (omega x n)``: Montana's contact equations (1988) in the world
-frame. Many rolls are advanced together, each along the plane in which it was commanded.
+the finger (convex positive), they keep a common tangent plane only if a turn ``omega`` of the finger moves
+the contact by ``v = (B - S)^-1 (omega x n)``: Montana's contact equations (1988) in the world frame. Many
+rolls are advanced together, each along the plane in which it was commanded.
 """
 
 from dataclasses import dataclass
@@ -13,13 +14,13 @@ from numpy.typing import NDArray
 from evifuse.recordings import rotation
 from evifuse.simulation.surface import Points, Surface
 from evifuse.touch.fingersurface import FingerSurface
+from evifuse.touch.quadrics import unit_rows
 
 __all__ = ["Contact", "Paths", "curvature_tensors", "put_down", "roll_paths"]
 
 Vector = NDArray[np.float64]
 STEPS = 100
 """Steps from the site to either end of a roll."""
-_PROBE_M = 2e-5
 
 
 @dataclass(frozen=True)
@@ -92,12 +93,13 @@ def curvature_tensors(surface: Surface, points: Points, normals: Points) -> Vect
     Returns
     -------
     ndarray of float64, shape (M, 3, 3)
-        What `Surface.curvature_tensor` gives for each, by central differences over 40 micrometres.
+        What `Surface.curvature_tensor` gives for each, by central differences over `Surface.probe_m`.
     """
     axes = _tangents(normals)
-    shifted = points + _PROBE_M * np.concatenate([axes, -axes])
+    probe = surface.probe_m
+    shifted = points + probe * np.concatenate([axes, -axes])
     turned = surface.nearest(shifted.reshape(-1, 3))[1].reshape(2, 2, -1, 3)
-    change = (turned[0] - turned[1]) / (2 * _PROBE_M)
+    change = (turned[0] - turned[1]) / (2 * probe)
     inside = -np.einsum("ami,bmi->mab", change, axes)
     inside = (inside + inside.transpose(0, 2, 1)) / 2
     return np.einsum("ami,mab,bmj->mij", axes, inside, axes)
@@ -225,16 +227,13 @@ def _between(start: Vector, end: Vector) -> Vector:
     quaternion = np.concatenate([np.cross(start, end), 1 + cosine], axis=1)
     aside = np.where(np.abs(start[:, :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     opposite = np.concatenate([np.cross(start, aside), np.zeros_like(cosine)], axis=1)
-    quaternion = np.where(cosine > -1 + 1e-12, quaternion, opposite)
-    size = np.linalg.norm(quaternion, axis=1, keepdims=True)
-    return np.asarray(quaternion / size, dtype=np.float64)
+    return unit_rows(np.where(cosine > -1 + 1e-12, quaternion, opposite))
 
 
 def _tangents(normals: Points) -> Vector:
     """Two unit tangents (2, M, 3) of each normal."""
     start = np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    first = np.cross(normals, start)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit_rows(np.cross(normals, start))
     return np.stack([first, np.cross(normals, first)])
 
 

@@ -288,7 +288,8 @@ def _in_vain(start: Contact, number: int, binormal: Vector, procedure: Procedure
     """Where nothing is met the joint turns the finger on the spot."""
     turn = np.linspace(-0.5, 0.5, 2 * STEPS + 1) * procedure.arc_rad
     values = {key: np.repeat(value[number][None], len(turn), axis=0) for key, value in vars(start).items()}
-    values["orientation_xyzw"] = rotation.multiply(
-        rotation.about_axis(binormal, turn), values["orientation_xyzw"]
-    )
+    below = rotation.rotate(values["orientation_xyzw"], values["finger_m"])
+    turned = rotation.multiply(rotation.about_axis(binormal, turn), values["orientation_xyzw"])
+    values["orientation_xyzw"] = turned
+    values["finger_m"] = rotation.rotate(turned * [-1.0, -1.0, -1.0, 1.0], below)
     return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, solid=False)

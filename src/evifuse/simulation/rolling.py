@@ -114,7 +114,8 @@ def _one_roll(
     high = _above(finger, roll, procedure.clearance_m)
     low = _above(finger, roll, 0.0 if roll.solid else -procedure.depth_m)
     aside = _through_air(pose, high, procedure.transfer_s, rate_hz)
-    yield _clear_of(surface, finger.extent_m + procedure.clearance_m / 2, aside, roll.contact.normal[0])
+    up = np.array([0.0, 0.0, 1.0]) if surface.around is None else roll.contact.normal[0]
+    yield _clear_of(surface, finger.extent_m + procedure.clearance_m / 2, aside, up)
     yield _through_air(high, low, procedure.lower_s, rate_hz)
     if not roll.solid:
         rolled = _in_vain(low[0], roll, procedure, rate_hz)

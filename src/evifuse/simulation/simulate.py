@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip, Scene, TouchRecording
 from evifuse.simulation.camera import photograph
+from evifuse.simulation.defects import Defects, with_defects
 from evifuse.simulation.fingertip import Skin, grid_fingertip, pressures
 from evifuse.simulation.noise import Noise, disturbed, gap, noisy
 from evifuse.simulation.procedure import Finger, Procedure
@@ -49,6 +50,7 @@ def simulate(
     fingertip: Fingertip | None = None,
     fingertip_radius_m: float = 0.01,
     skin: Skin | None = None,
+    defects: Defects | None = None,
     control: Control | None = None,
     picture: bool | None = None,
     **dimensions: float,
@@ -78,6 +80,8 @@ def simulate(
         Radius of the default fingertip, metres.
     skin : Skin, optional
         Stiffness and point spread.
+    defects : Defects, optional
+        Dead, stuck, drifting taxels and so on.
     control : {"force", "pose"}, optional
         Pressed with a force and driven by friction in MuJoCo (the default for spheres), or led along the
         ideal roll with the depth that the force would have (the default for other fingertips).
@@ -114,7 +118,7 @@ def simulate(
     if noise.slip > 0 or noise.loss_of_contact > 0:
         motion = disturbed(motion, tip.radius_m, noise, rate_hz, for_motion)
     generator = np.random.default_rng(for_touch)
-    touch, left = _record(kind, tip, skin, motion, rate_hz, noise, generator)
+    touch, left = _record(kind, tip, skin, motion, rate_hz, noise, generator, defects)
     if picture is None:
         picture = kind.around is None
     image, camera = (
@@ -161,6 +165,7 @@ def _record(
     rate_hz: float,
     noise: Noise,
     generator: np.random.Generator,
+    defects: Defects | None,
 ) -> tuple[TouchRecording, NDArray[np.bool_]]:
     """What the finger's sensors say about its motion, and which samples of it are left."""
     pressure = pressures(fingertip, skin, kind, motion.position_m, motion.orientation_xyzw)
@@ -176,6 +181,8 @@ def _record(
         f"simulated {kind.name}",
     )
     touch = noisy(touch, noise, rate_hz, generator)
+    if defects is not None:
+        touch = with_defects(touch, defects)
     left = gap(touch, noise.gap_s, generator)
     if left.all():
         return touch, left

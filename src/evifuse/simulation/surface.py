@@ -33,11 +33,14 @@ class Surface(ABC):
     name : str
         Its name in the catalogue.
     category : str
-        What it truly is: ``"quasiplanar"``, ``"curved"`` or ``"occluded"``.
+        What it truly is: ``"quasiplanar"``, ``"curved"``, ``"occluded"``, or ``"edge"``.
+    probe_m : float
+        Step of the differences that curvature is taken from along a roll, metres.
     """
 
     name: ClassVar[str]
     category: ClassVar[str]
+    probe_m: ClassVar[float] = 2e-5
 
     @property
     def around(self) -> tuple[Points, float] | None:
