@@ -82,9 +82,19 @@ def seen_in(items: list[Item], pictures: list[Image], what: str, see: See = sens
     return look(pictures, [label for label, _, _ in items], [name for _, _, name in items], what, see)
 
 
-def accuracy(items: list[Item], change: Change) -> dict[str, Any]:
-    """Every figure of the sensor under one condition."""
-    return judged(seen_in(items, changed(items, change), ""))
+def accuracy(items: list[Item], change: Change, split: str) -> dict[str, Any]:
+    """Every figure of the sensor under one condition, with weights that have not seen the split."""
+    return judged(seen_in(items, changed(items, change), "", held_out(split)))
+
+
+def held_out(split: str) -> See:
+    """The sensor with weights that were learned from the other half only."""
+    return partial(sense_shapes, rivalry=load_rivalry(weights_for(split)))
+
+
+def weights_for(split: str) -> Path:
+    other = {"dev": "test", "test": "dev"}[split]
+    return Path(__file__).with_name(f"rivalry-{other}.yaml")
 
 
 def by_rules(items: list[Item], pictures: list[Image]) -> dict[str, dict[str, Any]]:
@@ -161,10 +171,12 @@ def parsed() -> argparse.Namespace:
     options = parser.parse_args()
     if options.rivals is None:
         options.rivals = options.quick is None and options.condition is None
-    other = {"dev": "test", "test": "dev"}[options.split]
-    weights = Path(__file__).with_name(f"rivalry-{other}.yaml") if options.weights == "held-out" else None
-    options.see = partial(sense_shapes, rivalry=load_rivalry(weights))
-    print(f"weights: {weights.name if weights else 'those of the package, learned from these pictures too'}")
+    if options.weights == "held-out":
+        options.see = held_out(options.split)
+        print(f"weights: {weights_for(options.split).name}")
+    else:
+        options.see = sense_shapes
+        print("weights: those of the package, learned from these pictures too")
     return options
 
 

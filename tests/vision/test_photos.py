@@ -98,6 +98,6 @@ def test_accuracy_on_the_development_data() -> None:
     finally:
         sys.path.pop(0)
     drawings = list(benchmark.drawings(DEVELOPMENT, "test"))
-    assert benchmark.accuracy(drawings, benchmark.clean)["accuracy"] > 0.92
+    assert benchmark.accuracy(drawings, benchmark.clean, "test")["accuracy"] > 0.92
     crops = list(benchmark.sign_crops(DEVELOPMENT, "test"))
-    assert benchmark.accuracy(crops, benchmark.clean)["accuracy"] > 0.80
+    assert benchmark.accuracy(crops, benchmark.clean, "test")["accuracy"] > 0.80
