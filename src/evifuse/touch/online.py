@@ -1,9 +1,10 @@
 """Curvature while the finger rolls: an estimate after every sample (our own).
 
-Samples are gathered into the same blocks as in `site_shape`. Every finished block is added to the
-information of its site: a Gauss-Newton step that is taken once. When the finger is lifted the roll joins the
-site that its middle belongs to, and all blocks of that site are fitted again, so that in the end it is the
-batch estimate.
+Samples are gathered into the same blocks as in `site_shape`. After every finished block a few Gauss-Newton
+steps go on from the last fit, with all blocks of the site: their errors are correlated and the first direction
+says little across, so adding up information once and for all is too sure of itself. When the finger is lifted
+the roll joins the site that its middle belongs to, and in the end it is the batch estimate. A site forgets all
+but its last rolls.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from evifuse.recordings.recording import Fingertip
 from evifuse.touch.curvature import NARROWEST_RAD, ShapeOperator, spread_rad
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.online_contact import ContactFinder
-from evifuse.touch.patch import Blocks, Patch, added_to_patch, fit_patch
+from evifuse.touch.patch import Blocks, Patch, fit_patch
 from evifuse.touch.profile import USUAL_DEPTH, press_depth_m
 from evifuse.touch.rolling import SHORTEST_ROLL, tangents
 from evifuse.touch.site_shape import operator_of_patch
@@ -27,6 +28,10 @@ Array = NDArray[np.float64]
 
 LIFT_NS = 20_000_000
 """So long without contact is a lift."""
+STEPS = 2
+"""Gauss-Newton steps after every block."""
+MOST_ROLLS = 12
+"""Rolls of a site that are remembered."""
 FEWEST = 4
 """A patch is fitted to no fewer blocks."""
 
@@ -210,14 +215,11 @@ class CurvatureTracker:
             self._begin()
         if self._site is None:
             self._site = _Site([np.array(self._blocks)])
-        rows = np.array(self._blocks[-1:]) if self._patch is not None else np.array(self._blocks)
-        blocks = self._as_blocks(self._site, [rows])
-        if self._patch is None:
-            if len(self._blocks) < FEWEST:
-                return
-            self._patch = fit_patch(blocks, 4)
-        else:
-            self._patch = added_to_patch(self._patch, blocks)
+        before = self._site.rolls if self._site in self._sites else []
+        if len(self._blocks) < FEWEST and not before:
+            return
+        blocks = self._as_blocks(self._site, [*before, np.array(self._blocks)])
+        self._patch = fit_patch(blocks, STEPS, self._patch)
         self._tell(self._site, self._patch)
 
     def _tell(self, site: _Site, patch: Patch) -> None:
@@ -257,7 +259,7 @@ class CurvatureTracker:
         same = [s for s in self._sites if np.linalg.norm(s.centre - middle) < SAME_MIDDLE * length]
         if same:
             site = min(same, key=lambda s: float(np.linalg.norm(s.centre - middle)))
-            site.rolls.append(rows)
+            site.rolls = [*site.rolls, rows][-MOST_ROLLS:]
             site.place()
         else:
             site = _Site([rows])

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Blocks", "Patch", "added_to_patch", "fit_patch"]
+__all__ = ["Blocks", "Patch", "fit_patch"]
 
 Array = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ class Patch:
     angle_error_rad: float
 
 
-def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
+def fit_patch(blocks: Blocks, iterations: int = 10, start: Patch | None = None) -> Patch:
     """Fit a patch by Gauss-Newton steps with weights from the residuals.
 
     Parameters
@@ -94,6 +94,8 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
         What was measured.
     iterations : int
         At most so many steps.
+    start : Patch, optional
+        Where to start; by default from a linear law between centres and normals.
 
     Returns
     -------
@@ -104,10 +106,12 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
 
     count, scale = len(blocks.weight), _scales(blocks.radius_m)
     reach = float(blocks.radius_m.mean())
-    theta = _start(blocks)
+    theta = _start(blocks) if start is None else start.parameters.copy()
     foot = blocks.centre_m[:, :2] - blocks.radius_m[:, None] * blocks.normal[:, :2]
     design, residual = np.zeros((count, 3, PARAMETERS)), np.zeros((count, 3))
-    error = np.array([1e-2 * float(blocks.radius_m.mean()), 1e-2])
+    error = np.array([1e-2 * reach, 1e-2])
+    if start is not None:
+        error = np.array([start.height_error_m, start.angle_error_rad])
     weight = np.repeat(blocks.weight[:, None], 2, axis=1)
     covariance = np.eye(PARAMETERS)
     for step in range(iterations):
@@ -132,41 +136,6 @@ def fit_patch(blocks: Blocks, iterations: int = 10) -> Patch:
         if step > 2 and settled and np.abs(np.log(error / before)).max() < 0.02:
             break
     return Patch(theta, covariance / np.outer(scale, scale), float(error[0]), float(error[1]))
-
-
-def added_to_patch(patch: Patch, blocks: Blocks) -> Patch:
-    """Add blocks to a fitted patch by one Gauss-Newton step, in information form.
-
-    Parameters
-    ----------
-    patch : Patch
-        What is known.
-    blocks : Blocks
-        New blocks, in the same frame.
-
-    Returns
-    -------
-    Patch
-        With the scatter as it was.
-    """
-    from evifuse.touch._kernels_patch import PARAMETERS, linearise
-
-    count, scale = len(blocks.weight), _scales(blocks.radius_m)
-    design, residual = np.zeros((count, 3, PARAMETERS)), np.zeros((count, 3))
-    foot = blocks.centre_m[:, :2] - blocks.radius_m[:, None] * blocks.normal[:, :2]
-    theta = patch.parameters.copy()
-    linearise(
-        theta, blocks.centre_m, blocks.normal, blocks.radius_m, blocks.tilt, foot, design, residual, 8
-    )  # fmt: skip
-    error = np.array([patch.height_error_m, *[patch.angle_error_rad] * 2]) / np.sqrt(blocks.weight)[:, None]
-    size = np.abs(residual) / error
-    robust = np.sqrt(np.minimum(1.0, 2 * HUBER / np.maximum(size, 1e-9)))
-    flat = (design / scale / error[:, :, None] * robust[:, :, None]).reshape(-1, PARAMETERS)
-    information = np.linalg.inv(patch.covariance * np.outer(scale, scale)) + flat.T @ flat
-    covariance = np.linalg.inv(information)
-    theta = theta + covariance @ (flat.T @ (residual / error * robust).ravel()) / scale
-    covariance = covariance / np.outer(scale, scale)
-    return Patch(theta, covariance, patch.height_error_m, patch.angle_error_rad)
 
 
 def _scatter(left: Array, leverage: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
