@@ -15,7 +15,7 @@ NARROWEST_M = {"saddle": 0.015}
 """A saddle is hollow along one direction: the finger has to fit in."""
 LARGEST_M = 0.1
 BINS_M = (0.005, 0.01, 0.02, 0.04, 0.1)
-LAYOUTS = ("paxini:DP-S2015-Elite", "paxini:DP-M2826-Omega")
+LAYOUTS = ("paxini:DP-S1813-Core", "paxini:DP-M2826-Omega", "paxini:DP-L3530-Omega")
 
 
 def sized(shape: str, radius_m: float, generator: np.random.Generator) -> dict[str, float]:

@@ -98,6 +98,7 @@ def test_a_plane_that_is_felt_badly_is_still_a_plane():
     shape = ShapeOperator(3.0, -4.0, 6.0, 6.0, 0.0)
     assert resolved_threshold_per_m(5.0, shape) == 12.0
     assert resolved_threshold_per_m(5.0, operator(0, 0, 0)) == 5.0
+    assert resolved_threshold_per_m(5.0, ShapeOperator(0.0, -900.0, 100.0, 300.0, 0.0)) == 15.0
     masses = site_evidence(shape, [], 1.0, 5.0)
     assert max(masses, key=masses.__getitem__) == ("P",)
 
@@ -108,6 +109,7 @@ def test_one_direction_supports_the_set_of_primitives_that_have_it():
     flat = site_evidence(None, [along(0.0, 1.0)], 0.7, 5.0)
     assert flat[("P", "C-", "C+", "H")] == pytest.approx(0.7)
     assert site_evidence(None, [], 0.7, 5.0) == {}
+    assert site_evidence(ShapeOperator(*[np.nan] * 5), [], 0.7, 5.0) == {}
 
 
 @given(

@@ -37,8 +37,10 @@ def site_evidence(
     Returns
     -------
     dict of tuple of str to float
-        Mass of each set of primitives, with the sum `reliance`, or nothing without rolls.
+        Mass of each set of primitives, with the sum `reliance`; nothing without rolls or finite numbers.
     """
+    if reliance == 0 or (shape is not None and not np.isfinite([shape.k1_per_m, shape.k2_error_per_m]).all()):
+        return {}
     if shape is not None:
         found = primitive_probabilities(shape, resolved_threshold_per_m(gamma_per_m, shape))
         return {(primitive,): reliance * probability for primitive, probability in found.items()}

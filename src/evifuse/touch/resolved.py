@@ -19,6 +19,8 @@ __all__ = ["operator_covariance", "primitive_probabilities", "resolved_threshold
 
 TIMES_THE_ERROR = 2.0
 """A curvature is called flat up to so many of its standard errors at least."""
+WIDEST = 3.0
+"""But never more than so many thresholds of a fingertip without error."""
 SMALLEST_ERROR = 1e-6
 """Standard errors below this are taken as this, 1/m: keeps the integral regular."""
 TO_MEAN_AND_DIFFERENCE = np.array([[0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [0.0, 1.0, 0.0]])
@@ -29,7 +31,8 @@ def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
     """Threshold between flat and curved at a site: gamma, or twice the larger error where that is more.
 
     A plane then stays a plane when it is felt badly: curvatures that the error alone explains are not called
-    curved. What a wide threshold costs is said by `evifuse.touch.reliance`.
+    curved. It is three times gamma at most: what is less sure than that is not flat, but unknown. What a wide
+    threshold costs is said by `evifuse.touch.reliance`.
 
     Parameters
     ----------
@@ -43,7 +46,8 @@ def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
     float
         Threshold, 1/m.
     """
-    return max(gamma_per_m, TIMES_THE_ERROR * max(shape.k1_error_per_m, shape.k2_error_per_m))
+    error = TIMES_THE_ERROR * max(shape.k1_error_per_m, shape.k2_error_per_m)
+    return min(max(gamma_per_m, error), WIDEST * gamma_per_m)
 
 
 def operator_covariance(shape: ShapeOperator) -> NDArray[np.float64]:
