@@ -152,14 +152,14 @@ def resolved_belief(
 ) -> float:
     """Belief that a local curvature is of the class it is counted for (our own, and the default).
 
-    The smearing discount times the probability that the true curvature lies in the same class of table 3
-    (down, flat or up) as its estimate. Unlike the chapter's belief, it lets a plane be believed to be a
+    A discount times the probability that the true curvature lies in the same class of table 3 (down, flat or
+    up) as its estimate. Unlike the chapter's belief, it lets a plane be believed to be a
     plane.
 
     Parameters
     ----------
     discount : float
-        What `smearing_discount` leaves.
+        How far the estimate of the site is relied on (`evifuse.touch.reliance`).
     curvature_per_m, standard_error_per_m : float
         Estimate and its standard error, 1/m.
     gamma_per_m : float
