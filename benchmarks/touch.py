@@ -37,16 +37,24 @@ def real_layouts() -> dict[str, Fingertip | None]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="what to measure; all by default")
+    parser.add_argument(
+        "parts",
+        nargs="*",
+        choices=[*PARTS, PARTS],
+        default=PARTS,
+        metavar="PART",
+        help=f"{', '.join(PARTS)}; all by default",
+    )
     parser.add_argument("--quick", action="store_true", help="a third of the surfaces")
     parser.add_argument("--seed", type=int, default=1000)
+    parser.add_argument("--objects", type=Path, metavar="DIR", help="meshes (STL, OBJ, PLY) to feel as well")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="pictures of the figures")
     arguments = parser.parse_args()
     found: dict[str, Any] = {"seed": arguments.seed}
     seen: dict[str, list[SiteRow]] = {}
-    for part in arguments.parts or PARTS:
-        rows, summary, show = _measured(part, arguments.seed, arguments.quick)
+    for part in arguments.parts:
+        rows, summary, show = _measured(part, arguments.seed, arguments.quick, arguments.objects)
         found[part], seen[part] = summary, rows
         if not arguments.json:
             print(f"\n{part}, seed {arguments.seed}")
@@ -60,7 +68,9 @@ def main() -> None:
         print(json.dumps(found | {"rows": sites}))
 
 
-def _measured(part: str, seed: int, quick: bool) -> tuple[list[SiteRow], list[dict[str, Any]], Any]:
+def _measured(
+    part: str, seed: int, quick: bool, objects: Path | None
+) -> tuple[list[SiteRow], list[dict[str, Any]], Any]:
     if part == "curvature":
         rows = list(touch_curvature.run(seed, 3 if quick else 10, ("clean", "strong"), {"sphere 305": None}))
         return rows, touch_curvature.summary(rows), touch_curvature.print_summary
@@ -71,8 +81,9 @@ def _measured(part: str, seed: int, quick: bool) -> tuple[list[SiteRow], list[di
         rows = list(touch_sparse.run(seed, "modest", (8,) if quick else (4, 6, 8), 6 if quick else 2))
         return rows, touch_sparse.summary(rows), touch_sparse.print_summary
     if part == "primitives":
+        meshes = touch_primitives.load_meshes(objects)
         tips: dict[str, Fingertip | None] = {"sphere 305": None} | real_layouts()
-        rows = list(touch_primitives.run(seed, 4 if quick else 15, tips))
+        rows = list(touch_primitives.run(seed, 7 if quick else 35, tips, meshes))
         return rows, touch_primitives.summary(rows), touch_primitives.print_summary
     return [], touch_speed.measure(2 if quick else 7), touch_speed.print_summary
 

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 import touch_cases
 from touch import real_layouts
-from touch_primitives import labelled, random_surface
+from touch_primitives import labelled
 
 from evifuse.errors import EvifuseError
-from evifuse.simulation import simulate
+from evifuse.simulation import NOISES
+from evifuse.simulation.dataset import random_case, simulated
 from evifuse.touch import reliance as rely
 from evifuse.touch import sensor
 from evifuse.touch.reliance import TERMS
@@ -33,7 +34,7 @@ PULL = 0.02
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=30, help="recordings of each primitive")
+    parser.add_argument("--count", type=int, default=70, help="recordings with each fingertip")
     parser.add_argument("--write", action="store_true", help="write the model; only print it otherwise")
     arguments = parser.parse_args()
     rows = list(gathered(arguments.count))
@@ -69,26 +70,20 @@ def gathered(count: int) -> Iterator[tuple[dict[str, float], float]]:
 
     sensor.reliance = recorded
     try:
-        for primitive in touch_cases.NAMES[:-1]:
-            for seed in range(500, 500 + count):
-                generator = touch_cases.stream(seed, "calibrate", primitive)
-                name, size = random_surface(primitive, generator)
-                tip = list(tips.values())[int(generator.integers(len(tips)))]
-                levels = list(touch_cases.NOISES.values())[: 4 if tip is None else 3]
-                noise, skin = levels[int(generator.integers(len(levels)))]
+        for tip in tips.values():
+            radius = 0.01 if tip is None else tip.radius_m
+            for number in range(count):
                 try:
-                    scene = simulate(
-                        name, seed=seed, noise=noise, skin=skin, picture=False, fingertip=tip, **size
-                    )
+                    case = random_case(500, number, fingertip=tip)
+                    scene = simulated(case, tip, NOISES[case.noise], 1000.0)
                 except EvifuseError:
                     continue
                 seen.clear()
                 felt = sensor.sense_curvature(scene.scene.touch)
-                key = (name, "", "", seed, 0.0)
-                for row in touch_cases.rows_of(scene, felt, felt, key):
+                touched = touch_cases.rows_of(scene, felt, felt, ("", "", "", number, 0.0))
+                for row in touched:
                     if row.masses and np.isfinite(row.felt[0]) and seen:
-                        true = labelled(row, 0.01 if tip is None else tip.radius_m).primitive
-                        yield dict(seen[0]), row.masses.get(true, 0.0)
+                        yield dict(seen[0]), row.masses.get(labelled(row, radius).primitive, 0.0)
     finally:
         sensor.reliance = kept
 

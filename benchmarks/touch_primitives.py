@@ -1,64 +1,56 @@
 """Figure (iii): the seven primitives on random surfaces, how often right, and whether beliefs are honest."""
 
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from touch_cases import NAMES, SiteRow, interval, stream, touch
+from touch_cases import NAMES, SiteRow, interval, rows_of
 
 from evifuse.errors import EvifuseError
 from evifuse.recordings.recording import Fingertip
-from evifuse.touch import curvature_threshold_per_m
+from evifuse.simulation import NOISES
+from evifuse.simulation.dataset import random_case, simulated
+from evifuse.simulation.mesh import MeshSurface, load_mesh
+from evifuse.touch import curvature_threshold_per_m, sense_curvature
 
-NOISE_OF = ("clean", "modest", "strong", "slipping")
 BINS = 10
 
 
-def random_surface(primitive: str, generator: np.random.Generator) -> tuple[str, dict[str, float]]:
-    """A surface that shows this primitive, of 6 to 100 mm (hollow ones of 16 mm or more)."""
-
-    def size(low: float) -> float:
-        return float(np.exp(generator.uniform(np.log(low), np.log(0.1))))
-
-    dome, hollow = size(0.006), size(0.016)
-    if primitive == "E-" and generator.random() < 0.5:
-        height = dome * generator.uniform(0.8, 1.0)
-        other = dome * generator.uniform(1.0, min(2.5, 0.15 / dome))
-        sides = {"length_m": float(np.sqrt(other * height)), "width_m": float(np.sqrt(dome * height))}
-        return "ellipsoid", sides | {"height_m": float(height)}
-    sized = {
-        "C-": ("cylinder", dome),
-        "C+": ("trough", hollow),
-        "H": ("saddle", hollow),
-        "E-": ("sphere", dome),
-        "E+": ("bowl", hollow),
-        "N": ("hole", 0.016 + 0.5 * hollow),
-    }
-    if primitive == "P":
-        return "plane", {}
-    name, radius = sized[primitive]
-    return name, {"radius_m": radius}
-
-
-def run(seed: int, count: int, tips: dict[str, Fingertip | None]) -> Iterator[SiteRow]:
-    """So many surfaces of each primitive; noise and fingertip are drawn."""
-    for primitive in NAMES:
-        for number in range(count):
-            generator = stream(seed + number, "primitive", primitive)
-            name, size = random_surface(primitive, generator)
-            finger = list(tips)[int(generator.integers(len(tips)))]
-            levels = NOISE_OF[: 4 if tips[finger] is None else 3]  # only spheres can slip
-            noise = levels[int(generator.integers(len(levels)))]
-            radius = 0.01 if tips[finger] is None else tips[finger].radius_m
-            options: dict[str, Any] = {"fingertip": tips[finger], "finger": finger}
+def load_meshes(folder: Path | None) -> list[MeshSurface]:
+    """The watertight meshes of a folder; what can't be used is said."""
+    found: list[MeshSurface] = []
+    for file in sorted(folder.iterdir()) if folder is not None else []:
+        if file.suffix.lower() in (".stl", ".obj", ".ply"):
             try:
-                rows = touch(name, noise, seed + number, **options, **size)
+                found.append(load_mesh(file))
             except EvifuseError as error:
-                print(f"left out: {finger}, {name}: {error}")
+                print(f"left out: {error}", file=sys.stderr)
+    return found
+
+
+def run(
+    seed: int, count: int, tips: Mapping[str, Fingertip | None], meshes: list[MeshSurface]
+) -> Iterator[SiteRow]:
+    """So many random recordings with each fingertip, seven primitives in turn, and as many on meshes."""
+    for finger, tip in tips.items():
+        radius = 0.01 if tip is None else tip.radius_m
+        for where, bodies in {"catalogue": [], "mesh": meshes}.items():
+            if where == "mesh" and not meshes:
                 continue
-            for row in rows:
-                yield labelled(row, radius)
+            for number in range(count):
+                try:
+                    case = random_case(seed, number, fingertip=tip, meshes=bodies)
+                    scene = simulated(case, tip, NOISES[case.noise], 1000.0)
+                except EvifuseError as error:
+                    print(f"left out: {finger}, {where} {number}: {error}", file=sys.stderr)
+                    continue
+                felt = sense_curvature(scene.scene.touch)
+                by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
+                for row in rows_of(scene, felt, by_chapter, (where, case.noise, finger, number, np.nan)):
+                    yield labelled(row, radius)
 
 
 def labelled(row: SiteRow, radius_m: float) -> SiteRow:
@@ -98,7 +90,8 @@ def confusion(rows: Sequence[SiteRow]) -> list[list[int]]:
 def summary(rows: list[SiteRow]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     groups = {"all": rows}
-    groups |= {noise: [row for row in rows if row.noise == noise] for noise in NOISE_OF}
+    groups |= {noise: [row for row in rows if row.noise == noise] for noise in NOISES}
+    groups |= {where: [row for row in rows if row.surface == where] for where in ("catalogue", "mesh")}
     groups |= {
         tip: [row for row in rows if row.fingertip == tip] for tip in {row.fingertip: 0 for row in rows}
     }
