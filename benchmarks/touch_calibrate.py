@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 import touch_cases
 from touch import real_layouts
-from touch_primitives import labelled
+from touch_primitives import labelled, simulated
 
 from evifuse.errors import EvifuseError
-from evifuse.simulation import NOISES
-from evifuse.simulation.dataset import random_case, simulated
+from evifuse.simulation.dataset import random_case
 from evifuse.touch import reliance as rely
 from evifuse.touch import sensor
 from evifuse.touch.reliance import TERMS
@@ -75,7 +74,7 @@ def gathered(count: int) -> Iterator[tuple[dict[str, float], float]]:
             for number in range(count):
                 try:
                     case = random_case(500, number, fingertip=tip)
-                    scene = simulated(case, tip, NOISES[case.noise], 1000.0)
+                    scene = simulated(case, tip)
                 except EvifuseError:
                     continue
                 seen.clear()

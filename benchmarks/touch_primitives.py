@@ -11,8 +11,8 @@ from touch_cases import NAMES, SiteRow, interval, rows_of
 
 from evifuse.errors import EvifuseError
 from evifuse.recordings.recording import Fingertip
-from evifuse.simulation import NOISES
-from evifuse.simulation.dataset import random_case, simulated
+from evifuse.simulation import NOISES, SimulatedScene, simulate
+from evifuse.simulation.dataset import Case, random_case
 from evifuse.simulation.mesh import MeshSurface, load_mesh
 from evifuse.touch import curvature_threshold_per_m, sense_curvature
 
@@ -43,7 +43,7 @@ def run(
             for number in range(count):
                 try:
                     case = random_case(seed, number, fingertip=tip, meshes=bodies)
-                    scene = simulated(case, tip, NOISES[case.noise], 1000.0)
+                    scene = simulated(case, tip)
                 except EvifuseError as error:
                     print(f"left out: {finger}, {where} {number}: {error}", file=sys.stderr)
                     continue
@@ -51,6 +51,19 @@ def run(
                 by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
                 for row in rows_of(scene, felt, by_chapter, (where, case.noise, finger, number, np.nan)):
                     yield labelled(row, radius)
+
+
+def simulated(case: Case, tip: Fingertip | None) -> SimulatedScene:
+    """The recording of a random case and the truth about it."""
+    return simulate(
+        case.surface,
+        seed=case.seed,
+        sites=case.sites,
+        procedure=case.procedure,
+        noise=NOISES[case.noise],
+        fingertip=tip,
+        picture=False,
+    )
 
 
 def labelled(row: SiteRow, radius_m: float) -> SiteRow:
