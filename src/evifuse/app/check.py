@@ -17,6 +17,7 @@ from evifuse.recordings.inspection import Finding, inspect_touch
 from evifuse.recordings.mcap_scene import RawScene
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch import FeltSurface, sense_curvature
+from evifuse.touch.health import health
 
 __all__ = ["findings_of", "run_check"]
 
@@ -120,8 +121,8 @@ def _felt(recording: TouchRecording) -> list[Finding]:
 
 
 def _health(recording: TouchRecording) -> tuple[str, ...]:
-    """Taxels that are dead, stuck, saturated or drift."""
-    return ()
+    """Taxels that are dead, stuck, saturated or drift; one sample tells nothing about that."""
+    return health(recording).lines() if len(recording.time_ns) > 1 else ()
 
 
 def _site(felt: FeltSurface, index: int) -> Finding:

@@ -13,9 +13,8 @@ from evifuse.fusion import Box, Fusion, fuse, gather_scene
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings import read_scene
 from evifuse.recordings.recording import Scene
-from evifuse.simulation import SimulatedScene
 
-__all__ = ["run_demo", "run_fuse", "run_reproduce", "run_simulate"]
+__all__ = ["run_demo", "run_fuse", "run_reproduce"]
 
 
 def _print_json(value: Any) -> None:
@@ -92,54 +91,6 @@ def _show_fusion(scene: Scene, result: Fusion, as_json: bool, draw: Path | None)
     from evifuse.app.report import report_fusion
 
     report_fusion(result, _console())
-
-
-def run_simulate(surface: str, out: Path, seed: int, as_json: bool) -> None:
-    """Simulate a scene and write it as MCAP.
-
-    Parameters
-    ----------
-    surface : str
-        Name in the catalogue.
-    out : Path
-        MCAP file to write.
-    seed : int
-        Seed of the noise.
-    as_json : bool
-        Print the truth as JSON.
-
-    Raises
-    ------
-    UsageError
-        If the file would not be an MCAP file.
-    """
-    from evifuse.recordings import write_scene
-    from evifuse.simulation import simulate
-
-    if out.suffix.lower() != ".mcap":
-        raise UsageError(f"--out {out}: a scene is written as MCAP: name it {out.with_suffix('.mcap').name}")
-    made = simulate(surface, seed=seed)
-    write_scene(out, made.scene)
-    if as_json:
-        _print_json({"file": str(out), "truth": _truth(made)})
-        return
-    touch = made.scene.touch
-    samples = 0 if touch is None else len(touch.time_ns)
-    _console().print(f"Wrote {out}: {surface} ({made.truth.category}), {samples} samples, seed {seed}.")
-    _console().print(f"Fuse it: evifuse fuse {out}")
-
-
-def _truth(made: SimulatedScene) -> dict[str, Any]:
-    sites = [
-        {
-            "position_m": site.position_m.tolist(),
-            "k1_per_m": site.k1_per_m,
-            "k2_per_m": site.k2_per_m,
-            "contact": site.contact,
-        }
-        for site in made.truth.sites
-    ]
-    return {"surface": made.truth.surface.name, "decision": made.truth.category, "sites": sites}
 
 
 def run_demo(surface: str, out: Path, seed: int, as_json: bool) -> None:

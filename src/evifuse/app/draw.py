@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.app.overlay import label_of, legend, overlay
+from evifuse.app.path_panel import draw_path, draw_rolls
 from evifuse.fusion import Fusion, project, touched_place
 from evifuse.recordings.atomic import replacing
 from evifuse.recordings.recording import Scene, TouchRecording
@@ -47,7 +48,7 @@ def draw_shapes(image: NDArray[np.uint8], objects: Sequence[SeenObject], path: P
 
 
 def draw_touch(recording: TouchRecording, felt: FeltSurface, path: Path) -> None:
-    """Draw the taxel patch, the curvatures and the belief of a touch.
+    """Draw the taxel patch, the path with the sites' curvatures, the rolls, and the belief of a touch.
 
     Parameters
     ----------
@@ -58,11 +59,14 @@ def draw_touch(recording: TouchRecording, felt: FeltSurface, path: Path) -> None
     path : Path
         PNG to write.
     """
-    figure = _figure(14, 4.5)
-    patch, curvatures, bars = figure.subplots(1, 3)
-    _patch(patch, recording)
-    _curvatures(curvatures, felt)
-    _touch_bars(bars, felt)
+    figure = _figure(13, 9.5)
+    axes = figure.subplots(2, 2, width_ratios=[1.25, 1], height_ratios=[1.2, 1])
+    draw_path(axes[0, 0], recording, felt)
+    _patch(axes[0, 1], recording)
+    _curvatures(axes[1, 0], felt)
+    _touch_bars(axes[1, 1], felt)
+    decision = felt.classification.decision or "nothing"
+    figure.suptitle(f"{recording.name}: {decision}", x=0.01, ha="left", fontweight="bold")
     _save(figure, path)
 
 
@@ -160,36 +164,19 @@ def _patch(axes: "Axes", recording: TouchRecording | None) -> None:
     axis = int(np.argmax(np.abs(apex)))
     u, v = (i for i in range(3) if i != axis)
     side = max(4.0, min(120.0, 9000 / len(peak)))
-    dots = axes.scatter(places[:, u], places[:, v], c=peak, s=side, cmap="inferno", marker="s", vmin=0)
+    dots = axes.scatter(places[:, u], places[:, v], c=peak, s=side, cmap="inferno", marker="o", vmin=0)
+    dots.set(edgecolors="#9a9a9a", linewidths=0.4)
     axes.figure.colorbar(dots, ax=axes, shrink=0.8)
     axes.set(aspect="equal", xlabel=f"{'xyz'[u]} of the fingertip (mm)", ylabel=f"{'xyz'[v]} (mm)")
     axes.set_title(title, loc="left")
 
 
 def _curvatures(axes: "Axes", felt: FeltSurface | None) -> None:
-    title = "Felt: curvature along each roll (1/m)"
     if felt is None or not felt.local_curvatures:
+        title = "Felt: curvature along each roll (1/m)"
         _nothing(axes, title, "no roll" if felt is not None else "no touch recording")
         return
-    sites = sorted({c.site for c in felt.local_curvatures})
-    markers = "osD^vP*X"
-    for site in sites:
-        own = [c for c in felt.local_curvatures if c.site == site]
-        axes.errorbar(
-            np.rad2deg([c.direction_rad for c in own]),
-            [c.curvature_per_m for c in own],
-            yerr=[1.96 * c.standard_error_per_m for c in own],
-            fmt=markers[site % len(markers)],
-            capsize=3,
-            label=f"site {site}",
-        )
-    axes.axhline(0, color="grey", lw=0.8)
-    low, high = axes.get_ylim()
-    least = 5.0
-    axes.set_ylim(min(low, -least), max(high, least))
-    axes.set(xlim=(-5, 185), xticks=[0, 45, 90, 135, 180], xlabel="direction (degrees)")
-    axes.legend(loc="best", fontsize=8)
-    axes.set_title(title, loc="left")
+    draw_rolls(axes, felt)
 
 
 def _bars(axes: "Axes", title: str, shares: Mapping[str, float], colour: str) -> None:
@@ -198,9 +185,9 @@ def _bars(axes: "Axes", title: str, shares: Mapping[str, float], colour: str) ->
     colours = [NOBODY if k == "frame" else colour for k in labels]
     axes.barh(labels, values, color=colours)
     for i, value in enumerate(values):
-        axes.text(min(value, 0.98) + 0.01, i, f"{value:.2f}", va="center", fontsize=8)
+        axes.text(value + 0.01, i, f"{value:.2f}", va="center", fontsize=8)
     axes.invert_yaxis()
-    axes.set(xlim=(0, 1.1), xticks=[0, 0.5, 1])
+    axes.set(xlim=(0, 1.15), xticks=[0, 0.5, 1])
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(title, loc="left")
 

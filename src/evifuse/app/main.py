@@ -45,7 +45,10 @@ CurvatureKnowledge = Annotated[
         help="Classes of curvature: curvature (ours), chapter-curvature (table 4), or your own YAML file."
     ),
 ]
-Surface = Literal["plane", "cylinder", "sphere", "bowl", "trough", "saddle", "hole"]
+Surface = Literal[
+    "plane", "cylinder", "sphere", "bowl", "trough", "saddle", "hole", "ellipsoid", "torus", "edge", "step",
+    "corner", "slot",
+]  # fmt: skip
 
 
 @app.command
@@ -162,7 +165,7 @@ def touch(
         bool, Parameter(negative="", help="Read samples from standard input as they come, as JSON lines.")
     ] = False,
     every: Annotated[
-        int | None, Parameter(help="Live: a line after every so many samples, not after each contact.")
+        int | None, Parameter(help="Live: a line after every so many samples, with the curvature so far.")
     ] = None,
     curvature_knowledge: CurvatureKnowledge = "curvature",
     belief: Annotated[
@@ -207,10 +210,33 @@ def check(
 
 @app.command
 def simulate(
-    surface: Surface,
+    surface: str | None = None,
     /,
     *,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], help="MCAP file to write.")],
+    out: Annotated[
+        Path | None, Parameter(name=["--out", "-o"], help="MCAP file to write, or folder for --random.")
+    ] = None,
+    radius: Annotated[float | None, Parameter(help="Radius of the surface, metres.")] = None,
+    size: Annotated[
+        tuple[str, ...], Parameter(help="Other dimensions of it, such as length_m=0.05; can be repeated.")
+    ] = (),
+    fingertip: Annotated[
+        str | None,
+        Parameter(help="Layout of the taxels: sphere, paxini:MODEL, or a CSV or JSON file."),
+    ] = None,
+    noise: Annotated[
+        Literal["none", "modest", "strong"] | None,
+        Parameter(help="Noise on pressures and poses: none without it; for --random any by chance."),
+    ] = None,
+    random: Annotated[
+        int | None, Parameter(help="Write so many labelled random recordings into a folder instead.")
+    ] = None,
+    mesh: Annotated[
+        tuple[str, ...], Parameter(help="For --random: roll over these meshes (files or folders).")
+    ] = (),
+    list_: Annotated[
+        bool, Parameter(name="--list", negative="", help="Print the catalogue of surfaces.")
+    ] = False,
     seed: int = 0,
     json: Json = False,
 ) -> None:
@@ -219,13 +245,24 @@ def simulate(
     Parameters
     ----------
     surface
-        What the finger rolls over.
+        What the finger rolls over: a name of the catalogue, or a watertight mesh (STL, OBJ, PLY, metres).
     seed
-        Seed of the sensor noise.
+        Seed of the noise, of sites on a mesh, and of a random data set.
     """
-    from evifuse.app.commands import run_simulate
+    from evifuse.app.simulations import run_list, run_random, run_simulate
 
-    run_simulate(surface, out, seed, json)
+    if list_:
+        run_list(json)
+    elif out is None:
+        raise UsageError("nothing to write to: give --out, or --list for the catalogue")
+    elif random is not None:
+        if surface is not None or radius is not None or size:
+            raise UsageError("--random draws the surfaces itself: leave SURFACE, --radius and --size out")
+        run_random(random, seed, out, fingertip, noise, mesh, json)
+    elif surface is None:
+        raise UsageError("nothing to simulate: give a surface or a mesh, --random N, or --list")
+    else:
+        run_simulate(surface, out, seed, radius, size, fingertip, noise or "none", json)
 
 
 @app.command

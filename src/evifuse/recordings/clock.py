@@ -1,4 +1,4 @@
-"""What times and poses tell: the rate of samples, where there are none, what is only repeated, what is in mm."""
+"""What times and poses tell: the rate of samples, where there are none, what is repeated, what is in mm."""
 
 import numpy as np
 from numpy.typing import NDArray
