@@ -7,7 +7,9 @@ from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.fingersurface import FingerSurface, surface_of
 from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
+from evifuse.touch.health import FingertipHealth, health
 from evifuse.touch.layouts import load_fingertip
+from evifuse.touch.mended import mended
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.online import CurvatureTracker, TrackedSite, Tracking
 from evifuse.touch.primitives import (
@@ -43,6 +45,7 @@ __all__ = [
     "FeltSite",
     "FeltSurface",
     "FingerSurface",
+    "FingertipHealth",
     "LocalCurvature",
     "MissedSite",
     "RollCurvature",
@@ -57,8 +60,10 @@ __all__ = [
     "evidence_from_sites",
     "find_edge",
     "find_sites",
+    "health",
     "load_fingertip",
     "measure_roll",
+    "mended",
     "missed_sites",
     "primitive_beliefs",
     "primitive_probabilities",

@@ -156,8 +156,8 @@ def silent_taxels(recording: TouchRecording) -> tuple[NDArray[np.bool_], NDArray
     quiet = np.median(sample, axis=0)
     response = sample - quiet
     peak = _peak(response)
-    if peak <= 0:
-        return np.zeros((2, len(quiet)), dtype=np.bool_)[0], np.abs(quiet) > 0
+    if peak <= 0:  # nothing ever changes: no taxel can be told from another
+        return np.zeros(len(quiet), dtype=np.bool_), np.zeros(len(quiet), dtype=np.bool_)
     noise = 1.48 * np.median(np.abs(response), axis=0)
     floor = float(np.median(noise))
     reach = np.abs(response).max(axis=0)

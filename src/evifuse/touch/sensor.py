@@ -11,6 +11,7 @@ from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.joint import turned_by_joint
+from evifuse.touch.mended import mended
 from evifuse.touch.missing import missed_sites
 from evifuse.touch.primitives import curvature_threshold_per_m, primitive_beliefs
 from evifuse.touch.reliance import contact_quality, reliance, resolution
@@ -53,6 +54,7 @@ def sense_curvature(
     """
     model = check_belief_model(belief)
     knowledge = load_knowledge("curvature") if knowledge is None else knowledge
+    recording, repairs = mended(recording)
     radius = recording.fingertip.radius_m
     gamma = curvature_threshold_per_m(radius)
     track = contact_track(recording)
@@ -99,6 +101,7 @@ def sense_curvature(
     if turned is not None:
         said = f"{recording.name}: the pose leaves out the joint's turn; it is taken from the joint angle"
         warnings = (said, *warnings)
+    warnings = (*repairs, *warnings)
     return FeltSurface(local, sites, evidence, classification, gamma, warnings)
 
 
