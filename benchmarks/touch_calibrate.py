@@ -8,6 +8,7 @@ can't be positive, as no term makes a site more reliable. The rest of the seeds 
 import argparse
 from collections.abc import Iterator
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -34,9 +35,14 @@ PULL = 0.02
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=70, help="recordings with each fingertip")
+    parser.add_argument("--minutes", type=float, default=60.0, help="stop gathering after so long")
     parser.add_argument("--write", action="store_true", help="write the model; only print it otherwise")
     arguments = parser.parse_args()
-    rows = list(gathered(arguments.count))
+    begun, rows = perf_counter(), list[tuple[dict[str, float], float]]()
+    for row in gathered(arguments.count):
+        rows.append(row)
+        if perf_counter() - begun > 60 * arguments.minutes:
+            break
     terms = np.array([[values.get(name, 0.0) for name in TERMS] for values, _ in rows])
     share = np.array([given for _, given in rows])
     learned = fitted(terms[::2], share[::2])
@@ -69,9 +75,9 @@ def gathered(count: int) -> Iterator[tuple[dict[str, float], float]]:
 
     sensor.reliance = recorded
     try:
-        for tip in tips.values():
-            radius = 0.01 if tip is None else tip.radius_m
-            for number in range(count):
+        for number in range(count):
+            for tip in tips.values():
+                radius = 0.01 if tip is None else tip.radius_m
                 try:
                     case = random_case(500, number, fingertip=tip)
                     scene = simulated(case, tip)
