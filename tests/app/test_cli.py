@@ -245,7 +245,7 @@ BAD = [
     (["fuse", "--image", "{tmp}/two.png", "--box", "1,2,3"], "--box"),
     (["fuse", "--image", "{tmp}/two.png", "--box", "1,2,0,4"], "above 0"),
     (["fuse", "--image", "{tmp}/missing.png", "--touch", "{tmp}/plane.mcap"], "missing.png"),
-    (["simulate", "torus", "-o", "{tmp}/x.mcap"], "torus"),
+    (["simulate", "cube", "-o", "{tmp}/x.mcap"], "cube"),
     (["simulate", "plane", "-o", "{tmp}/x.csv"], "x.mcap"),
     (["simulate", "plane", "-o", "{tmp}/no/x.mcap"], "no"),
     (["nonsense"], "nonsense"),

@@ -40,7 +40,7 @@ def run_list(as_json: bool) -> None:
         {
             "surface": name,
             "class": kind.category,
-            "dimensions": {key: vars(surface(name))[key] for key in kind.__dataclass_fields__},
+            "dimensions": dict(vars(surface(name))),
             "what": (kind.__doc__ or "").strip().splitlines()[0],
         }
         for name, kind in SURFACES.items()

@@ -1,5 +1,7 @@
 """MuJoCo worlds that write recordings: a fingertip rolls over a known surface, a camera looks at it."""
 
+from evifuse.simulation.cases import CASE_PRIMITIVES, Case, random_case
+from evifuse.simulation.dataset import random_scenes, simulated_case, truth_row, write_dataset
 from evifuse.simulation.defects import Defects, with_defects
 from evifuse.simulation.fingertip import Skin, grid_fingertip
 from evifuse.simulation.mesh import MeshSurface, load_mesh
@@ -12,8 +14,10 @@ from evifuse.simulation.surfaces import SURFACES, surface
 from evifuse.simulation.truth import SiteTruth, Truth, primitive_of
 
 __all__ = [
+    "CASE_PRIMITIVES",
     "NOISES",
     "SURFACES",
+    "Case",
     "Defects",
     "MeshSurface",
     "Noise",
@@ -27,7 +31,12 @@ __all__ = [
     "grid_fingertip",
     "load_mesh",
     "primitive_of",
+    "random_case",
+    "random_scenes",
     "simulate",
+    "simulated_case",
     "surface",
+    "truth_row",
     "with_defects",
+    "write_dataset",
 ]

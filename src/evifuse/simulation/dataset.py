@@ -1,4 +1,4 @@
-"""Random recordings with labels: as many of each curvature primitive, from surfaces, sizes and noises by chance.
+"""Labelled data sets of random recordings, with and without files.
 
 Every recording depends on the seed and its own number only, so a data set can be continued, and the same seed
 gives the same bytes.
@@ -6,7 +6,7 @@ gives the same bytes.
 
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,181 +15,15 @@ import numpy as np
 from evifuse.errors import UsageError
 from evifuse.recordings import write_scene
 from evifuse.recordings.atomic import replacing
-from evifuse.recordings.recording import Fingertip, Scene
-from evifuse.simulation.fingertip import grid_fingertip
+from evifuse.recordings.recording import Fingertip
+from evifuse.simulation.cases import Case, random_case
 from evifuse.simulation.mesh import MeshSurface
 from evifuse.simulation.noise import NOISES, Noise
-from evifuse.simulation.procedure import Procedure
 from evifuse.simulation.simulate import SimulatedScene, simulate
-from evifuse.simulation.sites import auto_sites
-from evifuse.simulation.surface import Sites, Surface
-from evifuse.simulation.surfaces import surface
 
-__all__ = ["CASE_PRIMITIVES", "Case", "random_case", "random_scenes", "truth_row", "write_dataset"]
+__all__ = ["random_scenes", "simulated_case", "truth_row", "write_dataset"]
 
-CASE_PRIMITIVES = ("P", "C-", "C+", "H", "E-", "E+", "N")
-"""Primitives of a random data set: every seven recordings hold each once, in a random order."""
-_SOURCES = {
-    "P": ("plane",),
-    "C-": ("cylinder",),
-    "C+": ("trough",),
-    "H": ("saddle", "torus"),
-    "E-": ("sphere", "ellipsoid", "torus"),
-    "E+": ("bowl",),
-    "N": ("hole", "slot"),
-}
 TRUTH = "truth.jsonl"
-
-
-@dataclass(frozen=True)
-class Case:
-    """One random recording before it is simulated.
-
-    Parameters
-    ----------
-    number : int
-        Number in the data set.
-    primitive : str
-        Its primitive.
-    surface : Surface
-        What is touched.
-    sites : tuple of (x, y) or (x, y, z)
-        Where, metres.
-    procedure : Procedure
-        How.
-    noise : str
-        Name of its noise in `NOISES`.
-    seed : int
-        Seed of its noise.
-    """
-
-    number: int
-    primitive: str
-    surface: Surface
-    sites: Sites
-    procedure: Procedure
-    noise: str
-    seed: int
-
-
-def random_case(
-    seed: int,
-    number: int,
-    *,
-    fingertip: Fingertip | None = None,
-    noise: str | None = None,
-    meshes: Sequence[MeshSurface] = (),
-) -> Case:
-    """Draw one recording of a data set.
-
-    Radii are drawn evenly on a logarithmic scale, from 0.8 (domes) or 1.4 (hollows, saddles) to 10 radii of the
-    fingertip, where the threshold between flat and curved is at 20.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the data set.
-    number : int
-        Number of the recording in it.
-    fingertip : Fingertip, optional
-        What touches; by default a sphere of 10 mm with a grid of taxels.
-    noise : str, optional
-        Name in `NOISES`; any of them by chance without it.
-    meshes : sequence of MeshSurface
-        Where given, every recording with contact is on one of these meshes if one has a fitting place.
-
-    Returns
-    -------
-    Case
-        What is to be simulated.
-    """
-    tip = fingertip or grid_fingertip()
-    seven, place = divmod(number, len(CASE_PRIMITIVES))
-    order = np.random.default_rng(np.random.SeedSequence([seed, seven, 0])).permutation(len(CASE_PRIMITIVES))
-    primitive = CASE_PRIMITIVES[int(order[place])]
-    generator = np.random.default_rng(np.random.SeedSequence([seed, number, 1]))
-    turn = float(generator.uniform(0, np.pi))
-    procedure = Procedure(directions_rad=tuple(turn + np.arange(4) * np.pi / 4))
-    level = list(NOISES)[int(generator.integers(len(NOISES)))] if noise is None else noise
-    own_seed = int(generator.integers(2**31))
-    chosen = _on_mesh(meshes, primitive, tip, procedure, generator)
-    kind, sites = chosen if chosen is not None else _on_catalogue(primitive, tip.radius_m, generator)
-    return Case(number, primitive, kind, sites, procedure, level, own_seed)
-
-
-def _on_mesh(
-    meshes: Sequence[MeshSurface],
-    primitive: str,
-    tip: Fingertip,
-    procedure: Procedure,
-    generator: np.random.Generator,
-) -> tuple[Surface, Sites] | None:
-    if primitive == "N":
-        return None
-    for i in generator.permutation(len(meshes)):
-        mesh, seed = meshes[int(i)], int(generator.integers(2**31))
-        try:
-            sites = auto_sites(mesh, 1, seed=seed, fingertip=tip, primitive=primitive, procedure=procedure)
-        except UsageError:
-            continue
-        return mesh, sites
-    return None
-
-
-def _on_catalogue(primitive: str, a: float, generator: np.random.Generator) -> tuple[Surface, Sites]:
-    names = _SOURCES[primitive]
-    name = names[int(generator.integers(len(names)))]
-
-    def between(low: float, high: float) -> float:
-        return a * float(np.exp(generator.uniform(np.log(low), np.log(high))))
-
-    x, y = (generator.uniform(-0.2, 0.2, 2) * a).tolist()
-    kind, site = _MAKERS[name](primitive, a, between, x, y)
-    return kind, (kind.sites if primitive == "N" else (site,))
-
-
-def _torus(
-    primitive: str, a: float, between: Callable[[float, float], float]
-) -> tuple[Surface, tuple[float, ...]]:
-    tube = between(1.0, 4.0)
-    kind = surface("torus", tube_m=tube, radius_m=tube + between(2.5, 6.0))
-    side = -0.6 if primitive == "H" else 0.6
-    return kind, (kind.__dict__["radius_m"] + side * tube, 0.0)
-
-
-_Maker = Callable[
-    [str, float, Callable[[float, float], float], float, float], tuple[Surface, tuple[float, ...]]
-]
-_MAKERS: dict[str, _Maker] = {
-    "plane": lambda _p, _a, _b, x, y: (surface("plane"), (x, y)),
-    "cylinder": lambda _p, _a, b, x, y: (surface("cylinder", radius_m=b(0.8, 10)), (x, y)),
-    "trough": lambda _p, _a, b, x, y: (surface("trough", radius_m=b(1.4, 10)), (x, y)),
-    "saddle": lambda _p, _a, b, x, y: (surface("saddle", radius_m=b(1.4, 10)), (x, y)),
-    "sphere": lambda _p, _a, b, x, y: (surface("sphere", radius_m=b(0.8, 10)), (x, y)),
-    "bowl": lambda _p, _a, b, x, y: (surface("bowl", radius_m=b(1.4, 10)), (x, y)),
-    "torus": lambda p, a, b, _x, _y: _torus(p, a, b),
-    "ellipsoid": lambda _p, _a, b, x, y: (_ellipsoid(b), (x, y)),
-    "hole": lambda _p, a, b, _x, _y: (
-        surface("hole", radius_m=b(1.4, 4), length_m=max(0.5, 20 * a)),
-        (0.0, 0.0),
-    ),
-    "slot": lambda _p, a, b, _x, _y: (
-        surface("slot", radius_m=b(1.4, 4), length_m=max(0.5, 20 * a), opening_m=b(2, 8)),
-        (0.0, 0.0),
-    ),
-}
-
-
-def _ellipsoid(between: Callable[[float, float], float]) -> Surface:
-    """Radii at the top by chance; the height between them."""
-    first, second = between(1.0, 9.0), between(1.0, 9.0)
-    height = float(np.sqrt(first * second))
-    return surface(
-        "ellipsoid",
-        length_m=float(np.sqrt(first * height)),
-        width_m=float(np.sqrt(second * height)),
-        height_m=height,
-    )
 
 
 def random_scenes(
@@ -229,10 +63,10 @@ def random_scenes(
     for number in range(count):
         case = random_case(seed, number, fingertip=fingertip, noise=level, meshes=meshes)
         own = noise if isinstance(noise, Noise) else NOISES[case.noise]
-        yield case, simulated(case, fingertip, own, rate_hz)
+        yield case, simulated_case(case, fingertip, own, rate_hz)
 
 
-def simulated(case: Case, fingertip: Fingertip | None, noise: Noise, rate_hz: float) -> SimulatedScene:
+def simulated_case(case: Case, fingertip: Fingertip | None, noise: Noise, rate_hz: float) -> SimulatedScene:
     """Simulate one case, without a picture.
 
     Parameters
@@ -347,8 +181,8 @@ def write_dataset(
         kept = file.name in rows and _whole(file)
         if not kept:
             case = random_case(seed, number, fingertip=fingertip, noise=noise, meshes=meshes)
-            made = simulated(case, fingertip, NOISES[case.noise], rate_hz)
-            write_scene(file, replace_name(made.scene, file.name))
+            made = simulated_case(case, fingertip, NOISES[case.noise], rate_hz)
+            write_scene(file, replace(made.scene, name=file.name))
             rows[file.name] = {
                 "file": file.name,
                 "primitive": case.primitive,
@@ -367,24 +201,6 @@ def write_dataset(
         text = "".join(json.dumps(rows[name], allow_nan=False) + "\n" for name in sorted(rows))
         path.write_text(text, encoding="utf-8")
     return written
-
-
-def replace_name(scene: Scene, name: str) -> Scene:
-    """The scene under another name.
-
-    Parameters
-    ----------
-    scene : Scene
-        A scene.
-    name : str
-        Its name in messages.
-
-    Returns
-    -------
-    Scene
-        The same values.
-    """
-    return replace(scene, name=name)
 
 
 def _earlier(file: Path, settings: dict[str, Any]) -> dict[str, Any]:

@@ -2,9 +2,9 @@
 
 A mesh is flat between its edges, so its curvature is nowhere what the body's is. Points are spread evenly
 over it, a quadric is fitted to the neighbourhood of each, and the quadrics are blended into one smooth
-implicit function (multi-level partition of unity, Ohtake et al. 2003). That smooth surface is what is touched,
-and its curvature is the truth: on smooth parts it is the body's; an edge is rounded by about the smoothing
-length.
+implicit function (multi-level partition of unity, Ohtake et al. 2003). That smooth surface is what is
+touched, and its curvature is the truth: on smooth parts it is the body's; an edge is rounded by about
+the smoothing length.
 """
 
 from dataclasses import dataclass, field

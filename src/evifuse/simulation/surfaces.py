@@ -1,5 +1,7 @@
 """The catalogue of surfaces, by name."""
 
+from dataclasses import fields
+
 import numpy as np
 
 from evifuse.errors import UsageError
@@ -61,7 +63,7 @@ def surface(name: str, **dimensions: float) -> Surface:
     if name not in SURFACES:
         raise UsageError(f"unknown surface {name!r}: use one of {', '.join(SURFACES)}")
     kind = SURFACES[name]
-    known = tuple(kind.__dataclass_fields__)
+    known = tuple(field.name for field in fields(kind))
     for key, value in dimensions.items():
         if key not in known:
             raise UsageError(f"surface {name!r} has no dimension {key!r}: it has {', '.join(known)}")
