@@ -1,10 +1,10 @@
 """Curvature while the finger rolls: an estimate after every sample (our own).
 
 Samples are gathered into the same blocks as in `site_shape`. After every finished block a few Gauss-Newton
-steps go on from the last fit, with all blocks of the site: their errors are correlated and the first direction
-says little across, so adding up information once and for all is too sure of itself. When the finger is lifted
-the roll joins the site that its middle belongs to, and in the end it is the batch estimate. A site forgets all
-but its last rolls.
+steps go on from the last fit, with all blocks of the site: their errors are correlated and the first
+direction says little across, so adding up information once and for all is too sure of itself. When the
+finger is lifted the roll joins the site that its middle belongs to, and in the end it is the batch
+estimate. A site forgets all but its last rolls.
 """
 
 from dataclasses import dataclass

@@ -5,6 +5,7 @@ import numpy as np
 from evifuse.conductivity import KnowledgeBase, classify
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.as_sphere import as_sphere, guided
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, along, measure_roll
 from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
@@ -57,12 +58,14 @@ def sense_curvature(
     recording, repairs = mended(recording)
     radius = recording.fingertip.radius_m
     gamma = curvature_threshold_per_m(radius)
-    track = contact_track(recording)
-    touched = find_sites(recording, track)
+    guide, track = guided(recording, contact_track(recording))
+    touched = find_sites(guide, track)
     turned = turned_by_joint(recording, track, touched)
     if turned is not None:
-        recording, track = turned, contact_track(turned)
-        touched = find_sites(recording, track)
+        recording = turned
+        guide, track = guided(turned, contact_track(turned))
+        touched = find_sites(guide, track)
+    recording, track, touched = as_sphere(recording, guide, track, touched)
     rolls = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
     shapes = [site_shape(recording, track, site) for site in touched]
     if model == "resolved":
