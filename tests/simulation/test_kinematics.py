@@ -1,0 +1,149 @@
+"""Led rolls obey the laws of rolling, for spheres and for fingers of other shapes."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from evifuse.errors import UsageError
+from evifuse.recordings.recording import Fingertip
+from evifuse.simulation import Noise, Procedure, simulate, surface
+from evifuse.simulation.fingertip import Skin, grid_fingertip
+from evifuse.simulation.kinematics import curvature_tensors
+from evifuse.simulation.procedure import Finger, plan_rolls
+from evifuse.touch.fingersurface import SphereSurface
+
+QUICK = Procedure(directions_rad=(0.0, 0.7, 1.9), roll_s=0.3)
+SMOOTH = ("plane", "cylinder", "sphere", "bowl", "trough", "saddle", "ellipsoid", "torus")
+
+
+def oval(count=300, axes=(0.012, 0.009, 0.010)):
+    """Taxels on the lower half of an ellipsoid, with its normals."""
+    index = np.arange(count) + 0.5
+    down, turn = 1 - 0.6 * index / count, np.pi * (3 - np.sqrt(5)) * index
+    unit = np.stack([np.sqrt(1 - down**2) * np.cos(turn), np.sqrt(1 - down**2) * np.sin(turn), -down], axis=1)
+    places, normals = unit * axes, unit / axes
+    return Fingertip(0.0115, places, normals / np.linalg.norm(normals, axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_many_curvatures_at_once_are_the_tensors_of_the_surface(name):
+    kind = surface(name)
+    site = np.array(kind.sites[0])
+    places = np.array([kind.above(*(site + beside)) for beside in ((0, 0), (1e-3, 2e-3), (-2e-3, 1e-3))])
+    found = curvature_tensors(kind, *kind.nearest(places))
+    np.testing.assert_allclose(found, [kind.curvature_tensor(place) for place in places], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("tip", [grid_fingertip(), oval()], ids=["sphere", "oval"])
+def test_no_slip_no_spin_and_one_common_tangent_plane(name, tip):
+    finger = Finger.of(tip, Skin().depth_m(2.0))
+    assert isinstance(finger.surface, SphereSurface) == (tip.radius_m == 0.01)
+    kind = surface(name)
+    for roll in plan_rolls(kind, finger, kind.sites[:1], QUICK):
+        way = roll.contact
+        turned = Rotation.from_quat(way.orientation_xyzw)
+        on_finger, facing = finger.surface.project(way.finger_m)
+        np.testing.assert_allclose(on_finger, way.finger_m, atol=1e-6)
+        np.testing.assert_allclose(turned.apply(facing), -way.normal, atol=1e-4)
+        np.testing.assert_allclose(kind.distance(way.point_m), 0.0, atol=1e-8)
+        # both ways have the same length, and the arcs are equal steps
+        step = np.diff(way.point_m, axis=0)
+        moved = np.linalg.norm(step, axis=1)
+        np.testing.assert_allclose(moved, np.diff(roll.arc_m), rtol=2e-3)
+        np.testing.assert_allclose(np.linalg.norm(np.diff(way.finger_m, axis=0), axis=1), moved, rtol=0.01)
+        # the material point in the contact is at rest, and the finger does not turn about the normal
+        turn = (turned[1:] * turned[:-1].inv()).as_rotvec()
+        middle = (way.centre_m(0.0)[:-1] + way.centre_m(0.0)[1:]) / 2
+        contact = (way.point_m[:-1] + way.point_m[1:]) / 2
+        slip = np.diff(way.centre_m(0.0), axis=0) + np.cross(turn, contact - middle)
+        assert np.linalg.norm(slip, axis=1).max() < 0.02 * moved.max()
+        normal = way.normal[:-1] + way.normal[1:]
+        spin = np.einsum("ij,ij->i", turn, normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        assert abs(spin.sum()) < 0.02 * np.linalg.norm(turn, axis=1).sum()
+
+
+@pytest.mark.parametrize("name", ["cylinder", "saddle", "torus"])
+def test_led_and_pushed_fingers_go_the_same_way(name):
+    led, pushed = (
+        simulate(name, control=c, procedure=QUICK, rate_hz=500, picture=False) for c in ("pose", "force")
+    )
+    for number in range(6):
+        ends = [
+            made.scene.touch.position_m[np.flatnonzero(made.truth.roll == number)[-1]]
+            for made in (led, pushed)
+        ]
+        np.testing.assert_allclose(*ends, atol=3e-4)
+
+
+def test_rolls_over_an_edge_turn_by_its_angle():
+    kind = surface("edge", opening_rad=2.0)
+    finger = Finger.of(grid_fingertip(), Skin().depth_m(2.0))
+    (roll,) = plan_rolls(kind, finger, ((0.0, 0.0),), Procedure(directions_rad=(np.pi / 2,)))
+    flat = (roll.arc_m[-1] - roll.arc_m[0]) / 0.01
+    np.testing.assert_allclose(np.ptp(roll.turn_rad), flat + (np.pi - 2.0), rtol=0.02)
+
+
+def test_a_finger_of_another_shape_is_led_and_feels():
+    made = simulate("sphere", fingertip=oval(), procedure=QUICK, rate_hz=200, picture=False)
+    touch = made.scene.touch
+    for number in range(6):
+        rolling = np.flatnonzero(made.truth.roll == number)[10:]
+        assert (touch.pressure_pa[rolling].max(axis=1) > 1e5).all()
+    with pytest.raises(UsageError, match="only a spherical fingertip"):
+        simulate("sphere", fingertip=oval(), control="force")
+
+
+def test_slip_turns_the_finger_less_and_leaves_its_way():
+    sure, slipping = (
+        simulate("plane", control="pose", procedure=QUICK, rate_hz=500, picture=False, noise=Noise(slip=slip))
+        for slip in (0.0, 0.2)
+    )
+    np.testing.assert_array_equal(sure.scene.touch.position_m, slipping.scene.touch.position_m)
+    share = []
+    for number in range(6):
+        samples = np.flatnonzero(sure.truth.roll == number)
+        turns = []
+        for made in (sure, slipping):
+            turned = Rotation.from_quat(made.scene.touch.orientation_xyzw[samples])
+            turns.append((turned[-1] * turned[0].inv()).magnitude())
+        share.append(1 - turns[1] / turns[0])
+    assert 0.1 < np.mean(share) < 0.3
+
+
+def test_lost_contact_slow_poses_and_gaps():
+    clean = simulate("cylinder", control="pose", procedure=QUICK, rate_hz=500, picture=False)
+    noise = Noise(loss_of_contact=5.0)
+    lifted = simulate("cylinder", control="pose", procedure=QUICK, rate_hz=500, picture=False, noise=noise)
+    lost = (clean.truth.roll >= 0) & (lifted.truth.roll < 0)
+    assert lost.sum() > 20
+    assert lifted.scene.touch.pressure_pa[lost].max(axis=1).min() == 0
+    slow = simulate("cylinder", control="pose", procedure=QUICK, rate_hz=500, picture=False,
+                    noise=Noise(pose_rate_hz=50.0)).scene.touch  # fmt: skip
+    change = np.diff(slow.position_m, n=2, axis=0)
+    straight = np.abs(change).max(axis=1) < 1e-12
+    assert straight.mean() > 0.8
+    np.testing.assert_allclose(slow.position_m[::10], clean.scene.touch.position_m[::10])
+    gone = simulate("cylinder", control="pose", procedure=QUICK, rate_hz=500, picture=False,
+                    noise=Noise(gap_s=0.5))  # fmt: skip
+    steps = np.diff(gone.scene.touch.time_ns) / 1e9
+    assert 0.49 < steps.max() < 0.52
+    assert len(gone.truth.roll) == len(gone.scene.touch.time_ns) == len(clean.truth.roll) - 250
+
+
+@pytest.mark.parametrize("noise", [Noise(slip=0.5), Noise(pressure_pa=-1.0), Noise(pose_rate_hz=1.0)])
+def test_impossible_noise_is_refused(noise):
+    with pytest.raises(UsageError, match="of the noise"):
+        simulate("plane", noise=noise)
+
+
+def test_softer_skin_and_more_force_make_wider_patches():
+    def loaded(skin, force):
+        procedure = Procedure(directions_rad=(0.0,), roll_s=0.3, press_n=force)
+        made = simulate("plane", skin=skin, procedure=procedure, control="pose", rate_hz=200, picture=False)
+        middle = np.flatnonzero(made.truth.roll == 0)[40]
+        return int((made.scene.touch.pressure_pa[middle] > 0).sum())
+
+    usual = loaded(Skin(spread_m=0.0), 2.0)
+    assert loaded(Skin(stiffness_pa_per_m=5e8, spread_m=0.0), 2.0) > 1.5 * usual
+    assert loaded(Skin(spread_m=0.0), 8.0) > 1.5 * usual
