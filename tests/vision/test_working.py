@@ -81,7 +81,12 @@ def test_what_lies_on_a_clear_object_is_another_only_if_it_is_clear_too() -> Non
     scores, prominence = np.array([0.9, 0.9]), np.array([2.0, 1.0])
     for support, chosen in (([0.9, 0.3], [0]), ([0.9, 0.9], [0, 1]), ([0.3, 0.3], [0, 1]), ([0.9, 0.0], [0])):
         assert group_objects(boxes, scores, np.array(support), prominence, 0.04)[0] == chosen
-    assert group_objects(boxes, scores, np.array([0.0, 0.0]), prominence, 0.04)[0] == [0]
+
+
+def test_strangers_are_objects_unless_there_are_many() -> None:
+    boxes = np.array([[0, 0, 40, 40]]) + 100.0 * np.arange(5)[:, None]
+    support = np.array([0.0, 0.9, 0.0, 0.0, 0.9])
+    assert group_objects(boxes, np.ones(5), support, -np.arange(5.0), 0.04)[0] == [0, 1, 2, 4]
 
 
 def test_an_outline_that_shows_one_object_says_nothing_of_the_next() -> None:

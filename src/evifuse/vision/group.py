@@ -15,7 +15,10 @@ BELIEVED = 0.7
 """Beside one that is so much believed it is none however small, up to `PART_AREA` (our own, tuned)."""
 
 LEAST_SUPPORT = 0.1
-"""What is believed less to be any shape is no object, but for the most prominent one (our own)."""
+"""What is believed less to be any shape is no object, but for the most prominent ones (our own)."""
+
+PROMINENT = 3
+"""So many: a stranger among few objects is an object, in clutter it is part of the clutter (our own)."""
 
 SHARED = 0.7
 """Boxes that share so much of the smaller one belong to one object (our own)."""
@@ -89,7 +92,7 @@ def group_objects(
             own[[best, i]] = True
             owner[own & ~taken] = len(chosen) - 1
             taken |= own
-    kept = [n for n, k in enumerate(chosen) if n == 0 or support[k] >= LEAST_SUPPORT]
+    kept = [n for n, k in enumerate(chosen) if n < PROMINENT or support[k] >= LEAST_SUPPORT]
     free = np.isin(owner, kept, invert=True)
     shown = np.zeros((len(kept), len(order)), np.bool_)
     for row, n in enumerate(kept):
