@@ -29,6 +29,7 @@ NARROWEST_RAD = 0.2
 """Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
 SYSTEMATIC = 0.001
 """What averaging doesn't remove: a relative error of the contact's angle, from the spacing of the taxels."""
+NODES, SHARES = np.polynomial.legendre.leggauss(6)
 SHARPEST = 0.05
 """Smallest 1 + a k of the offset surface that is believed: curvatures beyond -19 / a are cut off there."""
 
@@ -154,10 +155,9 @@ def measure_roll(
     rows = np.concatenate([centre, tilt, recording.joint_angle_rad[roll, None]], axis=1)
     rows, weight = _blocks(rows, 0.5 * taxel_pitch_m(recording.fingertip))
     arc, slope = _arc_length(rows[:, :3], weight)
-    along, along_error = _rate(arc, rows[:, 3], weight)
-    across, across_error = _rate(arc, rows[:, 4], weight)
-    along_error, across_error = np.hypot([along_error, across_error], SYSTEMATIC / radius).tolist()
-    psi, _ = _rate(arc, rows[:, 5], weight)
+    rates, errors = _rates(arc, rows[:, 3:6], weight)
+    along, across, psi = rates.tolist()
+    along_error, across_error = np.hypot(errors[:2], SYSTEMATIC / radius).tolist()
     tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
     g = -(turn @ np.array([along, across]))
     contact = tangent + radius * g
@@ -299,33 +299,40 @@ def _blocks(rows: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64]
 def _arc_length(path: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Arc length (B,) of a path (B, 3), 0 next to the origin, and the path's slope dy/dx there."""
     x = path[:, 0]
-    order = min(3, len(x) - 1)
-    lateral = np.polynomial.Polynomial.fit(x, path[:, 1], order, w=weight).deriv()
-    height = np.polynomial.Polynomial.fit(x, path[:, 2], order, w=weight).deriv()
+    scale = float(np.abs(x).max())
+    order = np.arange(min(3, len(x) - 1) + 1)
+    powers = (x / scale)[:, None] ** order * weight[:, None]
+    fitted = np.linalg.lstsq(powers, path[:, 1:] * weight[:, None], rcond=None)[0]
+    steepness = fitted[1:] * (order[1:, None] / scale)  # coefficients of dy/dx and dz/dx
     start = float(np.clip(0.0, x.min(), x.max()))
-    node, share = np.polynomial.legendre.leggauss(6)
-    grid = start + (x - start)[:, None] * (0.5 * (node + 1))
-    speed = np.sqrt(1 + lateral(grid) ** 2 + height(grid) ** 2)
-    return (x - start) * (speed @ (0.5 * share)), float(lateral(start))
+    grid = start + (x - start)[:, None] * (0.5 * (NODES + 1))
+    slopes = (grid[..., None] / scale) ** order[:-1] @ steepness
+    speed = np.sqrt(1 + np.square(slopes).sum(axis=-1))
+    lateral = (start / scale) ** order[:-1] @ steepness[:, 0]
+    return (x - start) * (speed @ (0.5 * SHARES)), float(lateral)
 
 
-def _rate(
+def _rates(
     arc: NDArray[np.float64], values: NDArray[np.float64], weight: NDArray[np.float64]
-) -> tuple[float, float]:
-    """Derivative of the values at arc 0, and its standard error.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Derivatives (C,) of the values (B, C) at arc 0, and their standard errors.
 
     A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that
     changes along the roll then doesn't pull the value at the site.
     """
     scale = float(np.abs(arc).max())
     count = len(arc)
-    best = (np.inf, 0.0, 0.0)
+    best = np.full(values.shape[1], np.inf)
+    rate, error = np.zeros((2, values.shape[1]))
+    weighted = values * weight[:, None]
     for order in range(1, min(3, count - 2) + 1):
         powers = (arc / scale)[:, None] ** np.arange(order + 1) * weight[:, None]
-        solution = np.linalg.lstsq(powers, values * weight, rcond=None)[0]
-        squares = float(np.square(values * weight - powers @ solution).sum()) + 1e-20 * count
+        solution = np.linalg.lstsq(powers, weighted, rcond=None)[0]
+        squares = np.square(weighted - powers @ solution).sum(axis=0) + 1e-20 * count
         score = count * np.log(squares / count) + (order + 1) * np.log(count)
-        if score < best[0] - 2:
-            variance = squares / (count - order - 1) * np.linalg.inv(powers.T @ powers)[1, 1]
-            best = (score, float(solution[1]) / scale, float(np.sqrt(variance)) / scale)
-    return best[1], best[2]
+        spread = np.sqrt(squares / (count - order - 1) * np.linalg.inv(powers.T @ powers)[1, 1])
+        better = score < best - 2
+        best = np.where(better, score, best)
+        rate = np.where(better, solution[1] / scale, rate)
+        error = np.where(better, spread / scale, error)
+    return rate, error
