@@ -48,14 +48,14 @@ class LiveTouch:
     feeling: Feeling
     fingertip: Fingertip
     samples: list[Sample] = field(default_factory=list[Sample])
-    tracker: CurvatureTracker = field(init=False)
+    _tracker: CurvatureTracker = field(init=False)
     _floor_pa: float = CONTACT_FLOOR_PA
     _touched_ns: int = 0
     _touching: bool = False
     _now: Tracking | None = None
 
     def __post_init__(self) -> None:
-        self.tracker = CurvatureTracker(self.fingertip)
+        self._tracker = CurvatureTracker(self.fingertip)
 
     def add(self, sample: Sample) -> bool:
         """Take a sample.
@@ -78,7 +78,7 @@ class LiveTouch:
         last = self.samples[-1].time_ns if self.samples else -1
         if sample.time_ns <= last:
             raise RecordingError(f"time_ns does not increase ({sample.time_ns} after {last})")
-        self._now = self.tracker.update(
+        self._now = self._tracker.update(
             sample.time_ns, sample.pose[:3], sample.pose[3:], sample.joint_rad, sample.pressure_pa
         )
         gap = bool(self.samples) and sample.time_ns - last > LONGEST_GAP_S * 1e9
