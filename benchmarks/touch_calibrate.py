@@ -52,7 +52,10 @@ def main() -> None:
     lines = [f"  {n}: {w:.3f}  # {NOTES[n]}" for n, w in zip(TERMS, learned[1:], strict=True)]
     text = "\n".join(
         [
-            *PATH.read_text().split("constant:")[0].splitlines(),
+            "# How far a touched site is relied on: see evifuse.touch.reliance. Log odds = constant + terms.",
+            "# Written by benchmarks/touch_calibrate.py.",
+            "title: reliance on felt curvature",
+            f"source: learned by evifuse from {len(rows)} simulated sites, seed 500",
             f"constant: {learned[0]:.3f}",
             "terms:",
             *lines,

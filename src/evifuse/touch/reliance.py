@@ -2,9 +2,9 @@
 
 The covariance of a fit says how well the samples agree, not whether the sensor can see what is asked of it.
 Three things are not in it: taxels that are as far apart as the patch of contact is wide, pressures that
-hardly rise above their noise, and a finger that slips. How much each costs was learned on simulated
-recordings, so that the pignistic probabilities of the primitives are calibrated: `knowledge/reliance.yaml`,
-which `benchmarks/touch_calibrate.py` writes.
+hardly rise above their noise, and a finger that slips. What each costs is in `knowledge/reliance.yaml`;
+`benchmarks/touch_calibrate.py` learns it from simulated recordings, so that the pignistic probabilities of
+the primitives are calibrated.
 """
 
 from collections.abc import Mapping
@@ -129,7 +129,7 @@ def load_reliance() -> Reliance:
     Returns
     -------
     Reliance
-        As `benchmarks/touch_calibrate.py` wrote it.
+        Its constant and the weight of each of `TERMS`.
     """
     text = files("evifuse.knowledge").joinpath("reliance.yaml").read_text(encoding="utf-8")
     table = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
