@@ -76,7 +76,7 @@ def report_shapes(objects: Iterable[SeenObject], console: Console, *, why: bool 
     console.print(table)
     if why:
         console.print(
-            _shares("Belief over shape primitives, most believed object", seen[0].evidence.as_dict())
+            _shares("Belief over shape primitives, most prominent object", seen[0].evidence.as_dict())
         )
         console.print(_reasons("Conductivity of shape features", seen[0].classification))
 
