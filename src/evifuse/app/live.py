@@ -49,10 +49,10 @@ class LiveTouch:
     fingertip: Fingertip
     samples: list[Sample] = field(default_factory=list[Sample])
     _tracker: CurvatureTracker = field(init=False)
-    _floor_pa: float = CONTACT_FLOOR_PA
-    _touched_ns: int = 0
-    _touching: bool = False
-    _now: Tracking | None = None
+    _floor_pa: float = field(init=False, default=CONTACT_FLOOR_PA)
+    _touched_ns: int = field(init=False, default=0)
+    _touching: bool = field(init=False, default=False)
+    _now: Tracking | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self._tracker = CurvatureTracker(self.fingertip)
