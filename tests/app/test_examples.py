@@ -14,6 +14,7 @@ PROMISES = {
     "05_training.py": ["lower is broken: conductivity  0.4", "read back the same: True"],
     "06_pentagon.py": ["pentagonal {'pentagon': 0.", "elliptical {'ellipse': 0."],
     "07_detector.py": [") rectangular {", ") elliptical {", ") triangular {"],
+    "08_fingertip.py": ["radii there 6.4 and 14.4 mm", "their neighbours do: dead", "k2 = -50 +-"],
 }
 
 

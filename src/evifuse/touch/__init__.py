@@ -9,6 +9,7 @@ from evifuse.touch.fingersurface import FingerSurface, surface_of
 from evifuse.touch.fingertip import spherical_fingertip, taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.health import FingertipHealth, health
 from evifuse.touch.layouts import load_fingertip
+from evifuse.touch.leak import point_spread_m
 from evifuse.touch.mended import mended
 from evifuse.touch.missing import MissedSite, missed_sites
 from evifuse.touch.online import CurvatureTracker, TrackedSite, Tracking
@@ -65,6 +66,7 @@ __all__ = [
     "measure_roll",
     "mended",
     "missed_sites",
+    "point_spread_m",
     "primitive_beliefs",
     "primitive_probabilities",
     "reliance",

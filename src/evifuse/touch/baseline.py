@@ -59,16 +59,25 @@ def baseline_of(recording: TouchRecording) -> Baseline:
     every = max(1, len(seconds) // (40 * WINDOWS))
     sample, at = recording.pressure_pa[::every], seconds[::every]
     piece = np.minimum((WINDOWS * np.arange(len(at))) // max(len(at), 1), WINDOWS - 1)
-    free = _free(sample)
+    found = _measured(sample, at, piece, sample)
+    for _ in range(2):  # pauses are told better once the drift is known
+        if len(found.seconds) > 1:
+            found = _measured(sample, at, piece, sample - _levels(found, at))
+    return found
+
+
+def _measured(sample: Array, at: Array, piece: NDArray[np.int64], level: Array) -> Baseline:
+    """Baseline in the pauses that pressures show from which the drift known so far is taken off."""
+    free = _free(level)
     found = [np.flatnonzero(free & (piece == k)) for k in range(WINDOWS)]
     found = [rows for rows in found if len(rows) >= FEWEST]
     if not found:
         return Baseline(np.zeros(1), np.zeros((1, sample.shape[1])), np.inf)
-    level = np.stack([np.median(sample[rows], axis=0) for rows in found])
-    scatter = np.median([np.median(np.abs(sample[rows] - m)) for rows, m in zip(found, level, strict=True)])
+    middle = np.stack([np.median(sample[rows], axis=0) for rows in found])
+    scatter = np.median([np.median(np.abs(sample[rows] - m)) for rows, m in zip(found, middle, strict=True)])
     fewest = min(len(rows) for rows in found)
-    middle = np.array([at[rows].mean() for rows in found])
-    return Baseline(middle, level, 1.48 * 1.25 * float(scatter) / np.sqrt(fewest))
+    seconds = np.array([at[rows].mean() for rows in found])
+    return Baseline(seconds, middle, 1.48 * 1.25 * float(scatter) / np.sqrt(fewest))
 
 
 def without_baseline(recording: TouchRecording, baseline: Baseline) -> TouchRecording:
@@ -87,12 +96,18 @@ def without_baseline(recording: TouchRecording, baseline: Baseline) -> TouchReco
         With pressures that are 0 without contact, but for noise.
     """
     seconds = (recording.time_ns - recording.time_ns[0]) * 1e-9
-    place = np.clip(np.interp(seconds, baseline.seconds, np.arange(len(baseline.seconds))), 0, None)
-    low = np.minimum(place.astype(np.int64), max(len(baseline.seconds) - 2, 0))
-    high = np.minimum(low + 1, len(baseline.seconds) - 1)
-    share = (place - low)[:, None]
-    level = (1 - share) * baseline.level_pa[low] + share * baseline.level_pa[high]
-    return replace(recording, pressure_pa=recording.pressure_pa - level)
+    return replace(recording, pressure_pa=recording.pressure_pa - _levels(baseline, seconds))
+
+
+def _levels(baseline: Baseline, seconds: Array) -> Array:
+    """Baseline (T, N) at instants, linear between those of the baseline and beyond them."""
+    last = len(baseline.seconds) - 1
+    if last == 0:
+        return np.repeat(baseline.level_pa, len(seconds), axis=0)
+    low = np.clip(np.searchsorted(baseline.seconds, seconds) - 1, 0, last - 1)
+    start, end = baseline.seconds[low], baseline.seconds[low + 1]
+    share = np.clip((seconds - start) / (end - start), -1.0, 2.0)[:, None]
+    return (1 - share) * baseline.level_pa[low] + share * baseline.level_pa[low + 1]
 
 
 def _free(sample: Array) -> NDArray[np.bool_]:
