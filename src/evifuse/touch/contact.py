@@ -17,9 +17,11 @@ NOISY = 0.01
 """Noise above this share of the peak is averaged over neighbouring taxels."""
 SUMMED = 1.2
 """Standard deviation of that average, in pitches."""
+REACHES = (0.85, 1.0, 1.15)
+"""Neighbourhoods of a taxel on a lattice grow by leaps, so a few of them are averaged."""
 WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
-NARROW_ERROR, WIDE_ERROR = 5e-4, 3e-3
+NARROW_ERROR, WIDE_ERROR = 5e-4, 3.5e-3
 """Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
 
 
@@ -133,7 +135,8 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
         contact, interior[rows] = _matched(tip, pressure, rows, contact, patch_rad)
     else:
         reach = max(2 * pitch / tip.radius_m, 2 * patch_rad)
-        interior[rows] = taxel_coverage(tip, reach)[seen[rows]] > 0.8
+        covered = np.mean([taxel_coverage(tip, reach * share) for share in REACHES], axis=0)
+        interior[rows] = (covered > 0.8)[seen[rows]]
     direction, normal = np.zeros((2, len(peak), 3))
     direction[rows] = contact
     normal[rows] = -turned(recording.orientation_xyzw, rows, contact)
