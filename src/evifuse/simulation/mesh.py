@@ -134,7 +134,7 @@ def load_mesh(
         STL, OBJ or PLY file, or the mesh itself; metres.
     smoothing_m : float, optional
         Radius of the neighbourhood that a quadric is fitted to, metres; by default one and a half times the
-        mesh's usual edge, but 2.5 to 8 mm.
+        usual longest edge of a triangle, but 3 to 8 mm.
 
     Returns
     -------
@@ -190,9 +190,9 @@ def _read(path: Path, trimesh: Any) -> Any:
 
 def _smooth(label: str, mesh: Any, smoothing_m: float | None, trimesh: Any, tree: Any) -> MeshSurface:
     corners = mesh.vertices[mesh.faces]
-    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     usual = float(np.median(np.repeat(edge, np.maximum(1, (2000 * mesh.area_faces / mesh.area).astype(int)))))
-    reach = float(np.clip(1.5 * usual, 0.0025, 0.008)) if smoothing_m is None else smoothing_m
+    reach = float(np.clip(1.5 * usual, 0.003, 0.008)) if smoothing_m is None else smoothing_m
     spacing = max(reach / 2.2, float(np.sqrt(mesh.area / (0.4 * MOST_SAMPLES))))
     vertices, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, spacing, max_iter=30)
     fine = trimesh.Trimesh(vertices, faces, process=True)

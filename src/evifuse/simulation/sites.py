@@ -83,13 +83,20 @@ def _candidates(
     surface: Surface, radius_m: float, primitive: str | None, generator: np.random.Generator
 ) -> Iterator[Points]:
     """Places in a random order that are smooth, and open enough for a sphere."""
-    points = _scattered(surface, generator)
+    for points in np.array_split(_scattered(surface, generator), 10):
+        if len(points):
+            yield from _good(surface, radius_m, primitive, points)
+
+
+def _good(surface: Surface, radius_m: float, primitive: str | None, points: Points) -> Iterator[Points]:
     points, normals = surface.nearest(points)
     fine = np.isfinite(normals).all(axis=1)
     points, normals = points[fine], normals[fine]
     for height, least in ((radius_m, radius_m - 1e-5), (1.5 * radius_m, 1.4 * radius_m)):
         open_ = surface.distance(points + height * normals) > least
         points, normals = points[open_], normals[open_]
+    if not len(points):
+        return
     tensors = curvature_tensors(surface, points, normals)
     start = np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     first = np.cross(normals, start)
