@@ -84,8 +84,8 @@ def repair_weights(fingertip: Fingertip, silent: NDArray[np.bool_]) -> Array:
         size = np.linalg.norm(away, axis=1)
         used = np.argsort(size, kind="stable")[:USED]
         u, v = (away[used] @ axes[i] / pitch).T
-        near = np.exp(-0.25 * np.square(size[used] / pitch))
+        near = np.exp(-0.5 * np.square(size[used] / pitch))
         rows = np.stack([np.ones(len(u)), u, v, u * u, u * v, v * v], axis=1) * near[:, None]
-        ridge = np.diag([1e-9, 1e-3, 1e-3, 3e-3, 3e-3, 3e-3])
+        ridge = np.diag([1e-9, 1e-4, 1e-4, 3e-4, 3e-4, 3e-4])
         weights[sound[used], i] = np.linalg.solve(rows.T @ rows + ridge, rows.T * near)[0]
     return weights
