@@ -19,7 +19,7 @@ from evifuse.touch.quadrics import unit_rows
 __all__ = ["Contact", "Paths", "curvature_tensors", "put_down", "roll_paths"]
 
 Vector = NDArray[np.float64]
-STEPS = 100
+STEPS = 50
 """Steps from the site to either end of a roll."""
 
 
@@ -161,8 +161,10 @@ def roll_paths(
     for _ in range(STEPS):
         middle = _moved(surface, finger, both, rates, step / 2)
         halfway = _rates(surface, finger, middle, axes)
+        before = both.orientation_xyzw * [-1.0, -1.0, -1.0, 1.0]
         both = _moved(surface, finger, both, halfway, step)
-        turns.append(turns[-1] + step * np.linalg.norm(halfway[1], axis=1))
+        half = np.linalg.norm(rotation.multiply(both.orientation_xyzw, before)[:, :3], axis=1)
+        turns.append(turns[-1] + np.sign(step) * 2 * np.arcsin(np.minimum(half, 1.0)))
         states.append(both)
         fits.append(rates[2] & halfway[2])
         rates = _rates(surface, finger, both, axes)

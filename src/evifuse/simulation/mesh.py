@@ -45,6 +45,8 @@ class MeshSurface(Surface):
         Quadric at each sample: 1, u, v, u^2, uv, v^2.
     smoothing_m : float
         Radius of the neighbourhood that a quadric is fitted to, metres.
+    grid : tuple
+        The samples sorted into cubes, for the inner loops.
     places : tuple of (x, y, z)
         Default sites, metres.
     """

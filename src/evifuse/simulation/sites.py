@@ -7,7 +7,7 @@ import numpy as np
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
 from evifuse.simulation.fingertip import Skin, grid_fingertip
-from evifuse.simulation.kinematics import curvature_tensors
+from evifuse.simulation.kinematics import STEPS, curvature_tensors
 from evifuse.simulation.mesh import MeshSurface
 from evifuse.simulation.procedure import Finger, Procedure, plan_rolls
 from evifuse.simulation.surface import Points, Sites, Surface
@@ -137,4 +137,4 @@ def _rolls_freely(surface: Surface, finger: Finger, point: Points, procedure: Pr
         rolls = plan_rolls(surface, finger, (tuple(point.tolist()),), procedure)
     except UsageError:
         return False
-    return all(roll.solid and len(roll.arc_m) > 0.9 * (2 * 100 + 1) for roll in rolls)
+    return all(roll.solid and len(roll.arc_m) > 0.9 * (2 * STEPS + 1) for roll in rolls)
