@@ -66,7 +66,8 @@ def sense_curvature(
         guide, track = guided(turned, contact_track(turned))
         touched = find_sites(guide, track)
     recording, track, touched = as_sphere(recording, guide, track, touched)
-    rolls = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
+    measured = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
+    rolls = [[roll for roll in found if np.isfinite(roll.curvature_per_m)] for found in measured]
     shapes = [site_shape(recording, track, site) for site in touched]
     if model == "resolved":
         rolls = [[along(roll, s) for roll in found] for found, s in zip(rolls, shapes, strict=True)]

@@ -35,7 +35,8 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
     Returns
     -------
     ShapeOperator or None
-        None if the rolls have one direction only: two curvatures can't be told from it.
+        None if the rolls have one direction only, so that two curvatures can't be told from it, or if no
+        patch can be fitted to what was felt.
     """
     tip = recording.fingertip
     if not site.rolls or spread_rad(_directions(recording, site)) < NARROWEST_RAD:
@@ -51,7 +52,8 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
         tip.radius_m * track.direction[samples],
         max(4 * taxel_pitch_m(tip), 0.6 * tip.radius_m),
     )
-    return operator_of_patch(patch, *press_depth_m(profile, tip.radius_m, 0.5 * float(xx + yy)))
+    shape = operator_of_patch(patch, *press_depth_m(profile, tip.radius_m, 0.5 * float(xx + yy)))
+    return shape if np.isfinite([shape.k1_error_per_m, shape.k2_error_per_m]).all() else None
 
 
 def operator_of_patch(patch: Patch, depth_m: float, depth_error_m: float) -> ShapeOperator:
