@@ -400,13 +400,13 @@ def test_a_real_kill_of_the_command(source: Path, tmp_path: Path) -> None:
 
 def test_an_interrupt_says_how_to_go_on(source: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.parquet"
-    process = begun(source, "-o", out, "--knowledge", "curvature", "--rows-per-part", 20)
+    process = begun(source, "-o", out, "--knowledge", "curvature", "--rows-per-part", 2)
     wait_for(lambda: parts_of(out))
     process.send_signal(signal.SIGINT)
     _, error = process.communicate()
     assert process.returncode == 130
     assert error.startswith("evifuse: stopped: ")
-    assert error.endswith("of 100 parts are done; the same command goes on from there\n")
+    assert error.endswith("of 1000 parts are done; the same command goes on from there\n")
     assert error.count("\n") == 1
     assert not out.exists()
 
