@@ -197,7 +197,7 @@ def draw_rolls(axes: "Axes", felt: FeltSurface) -> None:
     axes.set_ylim(low, high + 0.09 * len(felt_there) * (high - low))  # room for the key
     axes.set(xlim=(-8, 188), xticks=[0, 45, 90, 135, 180], xlabel="direction (degrees)")
     axes.legend(loc="upper left", fontsize=8, frameon=False)
-    axes.set_title("Felt: curvature along each roll (1/m), 95 % intervals", loc="left")
+    axes.set_title("Felt: curvature, 95 % intervals (1/m)", loc="left")
 
 
 def _degrees(direction_rad: float) -> float:
