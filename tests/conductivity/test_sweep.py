@@ -190,7 +190,7 @@ def test_accuracy_is_counted_by_hand_on_the_other_half() -> None:
 
 def test_brier_score_of_the_pignistic_probabilities() -> None:
     evidence, labels = labelled(40)
-    found = choose_reading(evidence, labels, KNOWLEDGE, {"working": READINGS["working"]})
+    found = choose_reading(evidence, labels, KNOWLEDGE, {"own": KNOWLEDGE.reading})
     truth = np.array([KNOWLEDGE.classes.index(label) for label in labels])
     belief = classify(evidence, KNOWLEDGE).belief.masses
     p = belief[:, :3] + belief[:, 3:] / 3

@@ -26,9 +26,9 @@ def pictured(request):
 
 
 def shows_body(kind, image):
-    """Mask of the body by its brightness; for the hole, of what is not the top of the plate."""
+    """Mask of the body by its brightness; for a hole or slot, of what is not the top of the plate."""
     grey = image.mean(axis=2)
-    return np.abs(grey - grey[0, 0]) > 4 if kind.name == "hole" else grey > 72
+    return np.abs(grey - grey[0, 0]) > 4 if kind.category == "occluded" else grey > 72
 
 
 def test_the_body_is_where_the_camera_projects_it(pictured):
@@ -36,7 +36,7 @@ def test_the_body_is_where_the_camera_projects_it(pictured):
     shape = body(kind)
     v, u = np.nonzero(shows_body(kind, image))
     seen = np.array([u.min(), v.min(), u.max(), v.max()])
-    corners = projected(camera, shape.outline_m if kind.name == "hole" else shape.vertices_m)
+    corners = projected(camera, shape.outline_m if kind.category == "occluded" else shape.vertices_m)
     expected = np.concatenate([corners.min(axis=0), corners.max(axis=0)])
     np.testing.assert_allclose(seen, expected, atol=1.5)
 
