@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from evifuse.vision import sense_shapes
-from evifuse.vision.closing import closed_by_itself, closed_quadrilateral, closed_triangle
-from evifuse.vision.geometry import resample
+from evifuse.vision.closing import closed_across_the_gap, closed_by_itself
+from evifuse.vision.geometry import intersection, resample
 from evifuse.vision.link import link_chains, outer_points
 from evifuse.vision.primitives import Fits, outlines_of
 from evifuse.vision.sections import CELLS, Sections, straight_sections
@@ -60,18 +60,29 @@ def test_sides_are_prolonged_until_they_meet() -> None:
     assert corners_of(closed_by_itself(cut, np.array([360.0]))) == {tuple(c) for c in RECTANGLE.tolist()}
 
 
+def test_sides_meet_where_the_lines_cross() -> None:
+    rng = np.random.default_rng(0)
+    ends = TRIANGLE[[0, 1, 1, 2, 2, 0]].reshape(3, 2, 2) + rng.normal(0, 3, (50, 3, 2, 2))
+    for of in ends:
+        sections = of_lines(*((tuple(a), tuple(b)) for a, b in of.tolist()))
+        before = np.roll(np.arange(3), 1)
+        centres, directions = sections.centres[0], sections.directions[0]
+        expected = intersection(centres[before], directions[before], centres, directions)
+        np.testing.assert_allclose(closed_by_itself(sections, np.array([420.0]))[0], expected, atol=1e-9)
+
+
 def test_a_hidden_side_is_closed_virtually_as_long_as_the_longer_neighbour() -> None:
     three = of_lines(((60, 20), (140, 20)), ((140, 20), (140, 80)), ((140, 80), (20, 80)))
-    assert corners_of(closed_quadrilateral(three, np.array([360.0]))) == {
+    assert corners_of(closed_across_the_gap(three, np.array([360.0]))) == {
         tuple(c) for c in RECTANGLE.tolist()
     }
     two = of_lines(((10, 90), (60, 10)), ((60, 10), (150, 100)))
-    assert corners_of(closed_triangle(two, np.array([360.0]))) == {(10, 90), (60, 10), (150, 100)}
+    assert corners_of(closed_across_the_gap(two, np.array([360.0]))) == {(10, 90), (60, 10), (150, 100)}
 
 
 def test_nothing_is_closed_where_nothing_is_hidden() -> None:
     met = of_lines(((20, 20), (140, 20)), ((140, 20), (140, 80)), ((140, 80), (20, 21)))
-    assert np.isnan(closed_quadrilateral(met, np.array([360.0]))).all()
+    assert np.isnan(closed_across_the_gap(met, np.array([360.0]))).all()
 
 
 def test_gaps_are_no_evidence() -> None:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from evifuse.vision.sections import Sections
 
-__all__ = ["closed_by_itself", "closed_quadrilateral", "closed_triangle"]
+__all__ = ["closed_across_the_gap", "closed_by_itself"]
 
 
 def closed_by_itself(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -30,47 +30,25 @@ def closed_by_itself(sections: Sections, around: NDArray[np.float64]) -> NDArray
     return polygons
 
 
-def closed_triangle(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Triangles of two sections; the third side, which is hidden, joins their ends across the larger gap.
+def closed_across_the_gap(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Polygons of all sides but one, which is hidden in the largest gap.
+
+    Two sections make a triangle: the hidden side joins their ends. Three make a quadrilateral: what is seen
+    of the two sides that lead to the gap may be cut at different places, so both are taken to be as long as
+    the longer one, as in a rectangle.
 
     Parameters
     ----------
     sections : Sections
-        Two sections of each outline.
+        K sections of each outline, K being 2 or 3.
     around : ndarray of float64, shape (B,)
         Length of the hull of each, px.
 
     Returns
     -------
-    ndarray of float64, shape (B, 3, 2)
+    ndarray of float64, shape (B, K + 1, 2)
         Corners in order, px; NaN for none.
     """
-    return _closed_across_the_gap(sections, around)
-
-
-def closed_quadrilateral(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quadrilaterals of three sections; the fourth side is hidden in the largest gap.
-
-    What is seen of the two sides that lead to the gap may be cut at different places: both are taken to be
-    as long as the longer one, as in a rectangle.
-
-    Parameters
-    ----------
-    sections : Sections
-        Three sections of each outline.
-    around : ndarray of float64, shape (B,)
-        Length of the hull of each, px.
-
-    Returns
-    -------
-    ndarray of float64, shape (B, 4, 2)
-        Corners in order, px; NaN for none.
-    """
-    return _closed_across_the_gap(sections, around)
-
-
-def _closed_across_the_gap(sections: Sections, around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Polygons with one corner more than there are sections."""
     from evifuse.vision import _kernels_closing
 
     count, seen = sections.centres.shape[:2]

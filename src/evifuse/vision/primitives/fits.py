@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from evifuse.vision.closing import closed_by_itself, closed_quadrilateral, closed_triangle
+from evifuse.vision.closing import closed_across_the_gap, closed_by_itself
 from evifuse.vision.primitives.agreement import MOST_TOLERANCES
 from evifuse.vision.primitives.ellipses import FittedEllipses, fit_ellipses
 from evifuse.vision.primitives.outline import Outlines
@@ -39,7 +39,7 @@ class Fits:
         around = self.outlines.around
         return fit_polygons(
             self.outlines,
-            (closed_by_itself(self.sections[4], around), closed_quadrilateral(self.sections[3], around)),
+            (closed_by_itself(self.sections[4], around), closed_across_the_gap(self.sections[3], around)),
         )
 
     @cached_property
@@ -48,7 +48,7 @@ class Fits:
         around = self.outlines.around
         return fit_polygons(
             self.outlines,
-            (closed_by_itself(self.sections[3], around), closed_triangle(self.sections[2], around)),
+            (closed_by_itself(self.sections[3], around), closed_across_the_gap(self.sections[2], around)),
         )
 
     def polygon(self, corners: int) -> FittedPolygons:
