@@ -27,8 +27,9 @@ def checked_touch(recording: TouchRecording) -> TouchRecording:
     Raises
     ------
     RecordingError
-        If there is no sample or no taxel, shapes disagree, a number is NaN or infinite, times do not
-        increase, the radius is not positive, or a normal or orientation is far from unit length.
+        If there is no sample or no taxel, shapes disagree, a number is NaN or infinite (but a joint angle
+        that is NaN throughout: it was not recorded), times do not increase, the radius is not positive, or a
+        normal or orientation is far from unit length.
     """
     name = recording.name
     fingertip = _checked_fingertip(recording.fingertip, name)
@@ -58,9 +59,17 @@ def checked_touch(recording: TouchRecording) -> TouchRecording:
             "orientation_xyzw",
             name,
         ),
-        joint_angle_rad=finite(recording.joint_angle_rad, "joint_angle_rad", (samples,), name),
+        joint_angle_rad=_joint(recording.joint_angle_rad, samples, name),
         pressure_pa=finite(recording.pressure_pa, "pressure_pa", (samples, taxels), name),
     )
+
+
+def _joint(angle: NDArray[np.float64], samples: int, name: str) -> NDArray[np.float64]:
+    """Joint angles (T,), or NaN throughout."""
+    angle = np.asarray(angle)
+    if angle.shape == (samples,) and angle.dtype.kind == "f" and np.isnan(angle).all():
+        return np.full(samples, np.nan)
+    return finite(angle, "joint_angle_rad", (samples,), name)
 
 
 def _checked_fingertip(fingertip: Fingertip, name: str) -> Fingertip:

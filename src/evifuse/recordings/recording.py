@@ -43,7 +43,7 @@ class TouchRecording:
         Unit quaternion that turns fingertip coordinates into world coordinates.
     joint_angle_rad : ndarray of float64, shape (T,)
         Angle by which the distal joint has rolled the fingertip, radians, positive in the direction of
-        travel.
+        travel; NaN throughout where it was not recorded.
     pressure_pa : ndarray of float64, shape (T, N)
         Normal pressure on each taxel, pascals.
     name : str
@@ -60,6 +60,11 @@ class TouchRecording:
     pressure_pa: NDArray[np.float64]
     name: str = "recording"
     notes: tuple[str, ...] = ()
+
+    @property
+    def has_joint(self) -> bool:
+        """Whether the joint angle was recorded; without it slip can't be told."""
+        return not np.isnan(self.joint_angle_rad).all()
 
 
 @dataclass(frozen=True)

@@ -50,9 +50,10 @@ class RollCurvature:
     standard_error_per_m : float
         Standard error of K, 1/m.
     joint_curvature_per_m : float
-        K from the joint angle with nothing known about slip, 1/m: the chapter's own estimate.
+        K from the joint angle with nothing known about slip, 1/m: the chapter's own estimate. NaN without a
+        joint angle.
     slip : float
-        Share of the turn that was not rolled; 0 without slip.
+        Share of the turn that was not rolled; 0 without slip, NaN without a joint angle.
     tangent : ndarray of float64, shape (2,)
         Unit tangent of the centre's path in the site's tangent plane.
     bending_per_m : ndarray of float64, shape (2,)
@@ -152,7 +153,9 @@ def measure_roll(
     turn = np.stack([heading, [-heading[1], heading[0]]], axis=1)
     centre = np.concatenate([centre[:, :2] @ turn, centre[:, 2:]], axis=1)
     tilt = _tilt(track.normal[roll] @ frame) @ turn
-    rows = np.concatenate([centre, tilt, recording.joint_angle_rad[roll, None]], axis=1)
+    known = recording.has_joint
+    psi = recording.joint_angle_rad[roll] if known else np.zeros(len(roll))
+    rows = np.concatenate([centre, tilt, psi[:, None]], axis=1)
     rows, weight = _blocks(rows, 0.5 * taxel_pitch_m(recording.fingertip))
     arc, slope = _arc_length(rows[:, :3], weight)
     rates, errors = _rates(arc, rows[:, 3:6], weight)
@@ -168,12 +171,19 @@ def measure_roll(
         direction_rad=float(np.arctan2(contact[1], contact[0]) % np.pi),
         curvature_per_m=float(contact @ g) / length,
         standard_error_per_m=along_error / length**2,
-        joint_curvature_per_m=1 / radius - abs(psi) * abs(float(contact @ tangent)) / length,
-        slip=1 - 1 / (radius * abs(psi)) if abs(psi) * radius > 0.1 else 0.0,
+        joint_curvature_per_m=(1 / radius - abs(psi) * abs(float(contact @ tangent)) / length)
+        if known
+        else float("nan"),
+        slip=_slip(radius * abs(psi)) if known else float("nan"),
         tangent=tangent,
         bending_per_m=g,
         bending_error_per_m=np.array([along_error, across_error]),
     )
+
+
+def _slip(turn: float) -> float:
+    """Share of the turn that was not rolled, from the turn in units of that of rolling on the spot."""
+    return 1 - 1 / turn if turn > 0.1 else 0.0
 
 
 def shape_operator(rolls: list[RollCurvature], radius_m: float) -> ShapeOperator | None:

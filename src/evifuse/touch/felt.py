@@ -12,7 +12,7 @@ from evifuse.touch.curvature import ShapeOperator
 from evifuse.touch.edges import Edge
 from evifuse.touch.primitives import NO_CONTACT, PRIMITIVES
 
-__all__ = ["FeltSite", "FeltSurface", "LocalCurvature"]
+__all__ = ["FeltSite", "FeltSurface", "LocalCurvature", "OneDirection"]
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class LocalCurvature:
         Belief that is given to it, in [0, 1].
     joint_curvature_per_m : float
         The chapter's own estimate, from the joint angle and the contact path with nothing known about slip,
-        1/m.
+        1/m; NaN without a joint angle.
     slip : float
-        Share of the joint's turn that was not rolled.
+        Share of the joint's turn that was not rolled; NaN without a joint angle.
     """
 
     site: int
@@ -46,6 +46,38 @@ class LocalCurvature:
     belief: float
     joint_curvature_per_m: float
     slip: float
+
+
+@dataclass(frozen=True)
+class OneDirection:
+    """What is known where the finger rolled in one direction only.
+
+    Parameters
+    ----------
+    direction_rad : float
+        Direction along which the curvature is known, as in `LocalCurvature`.
+    curvature_per_m : float
+        Normal curvature along it, 1/m, concave up positive.
+    standard_error_per_m : float
+        Its standard error, 1/m.
+    """
+
+    direction_rad: float
+    curvature_per_m: float
+    standard_error_per_m: float
+
+    @property
+    def across_rad(self) -> float:
+        """Direction along which the curvature can't be known, in [0, pi)."""
+        return (self.direction_rad + 0.5 * np.pi) % np.pi
+
+    def __str__(self) -> str:
+        along, across = (round(np.rad2deg(angle)) % 180 for angle in (self.direction_rad, self.across_rad))
+        return (
+            f"along {along} degrees: the curvature along it is {self.curvature_per_m:.1f} ± "
+            f"{1.96 * self.standard_error_per_m:.1f} 1/m, the one across it, along {across} degrees, "
+            "can't be known"
+        )
 
 
 @dataclass(frozen=True)
@@ -67,6 +99,8 @@ class FeltSite:
         What this site alone says, over `CURVATURE_FRAME`.
     edge : Edge or None
         The edge or corner that was felt instead of a curvature.
+    only : OneDirection or None
+        What is known if the finger rolled in one direction only.
     """
 
     position_m: NDArray[np.float64]
@@ -75,6 +109,7 @@ class FeltSite:
     shape: ShapeOperator | None
     evidence: MassFunction
     edge: Edge | None = None
+    only: OneDirection | None = None
 
     @property
     def k1_per_m(self) -> float | None:
@@ -132,8 +167,8 @@ class FeltSurface:
                     "curvature_per_m": local.curvature_per_m,
                     "belief": local.belief,
                     "standard_error_per_m": local.standard_error_per_m,
-                    "joint_curvature_per_m": local.joint_curvature_per_m,
-                    "slip": local.slip,
+                    "joint_curvature_per_m": _number(local.joint_curvature_per_m),
+                    "slip": _number(local.slip),
                 }
                 for local in self.local_curvatures
             ],
@@ -145,6 +180,11 @@ class FeltSurface:
         }
 
 
+def _number(value: float) -> float | None:
+    """None instead of NaN, which JSON has not."""
+    return value if np.isfinite(value) else None
+
+
 def _belief_json(evidence: MassFunction) -> dict[str, float]:
     belief = dict.fromkeys((*PRIMITIVES, NO_CONTACT), 0.0) | evidence.as_dict()
     belief["frame"] = belief.pop("frame", 0.0)
@@ -152,7 +192,7 @@ def _belief_json(evidence: MassFunction) -> dict[str, float]:
 
 
 def _site_json(site: FeltSite) -> dict[str, Any]:
-    shape = site.shape
+    shape, only = site.shape, site.only
     return {
         "k1_per_m": site.k1_per_m,
         "k2_per_m": site.k2_per_m,
@@ -162,6 +202,10 @@ def _site_json(site: FeltSite) -> dict[str, Any]:
         "k1_direction_rad": None if shape is None else shape.k1_direction_rad,
         "k1_standard_error_per_m": None if shape is None else shape.k1_error_per_m,
         "k2_standard_error_per_m": None if shape is None else shape.k2_error_per_m,
+        "known_direction_rad": None if only is None else only.direction_rad,
+        "known_curvature_per_m": None if only is None else only.curvature_per_m,
+        "known_standard_error_per_m": None if only is None else only.standard_error_per_m,
+        "unknown_direction_rad": None if only is None else only.across_rad,
         "belief": _belief_json(site.evidence),
         "edge": None if site.edge is None else asdict(site.edge),
     }

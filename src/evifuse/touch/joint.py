@@ -39,8 +39,10 @@ def turned_by_joint(
     Returns
     -------
     TouchRecording or None
-        None if the orientation turns with the joint, as it should.
+        None if the orientation turns with the joint, as it should, or there is no joint angle.
     """
+    if not recording.has_joint:
+        return None
     rolls = [roll for site in sites for roll in site.rolls]
     joint = np.array([abs(np.ptp(recording.joint_angle_rad[roll])) for roll in rolls])
     pose = np.array([_turn_rad(recording.orientation_xyzw[roll]) for roll in rolls])

@@ -7,10 +7,17 @@ from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.as_sphere import as_sphere, guided
 from evifuse.touch.contact import ContactTrack, contact_track
-from evifuse.touch.curvature import RollCurvature, ShapeOperator, along, measure_roll
+from evifuse.touch.curvature import (
+    NARROWEST_RAD,
+    RollCurvature,
+    ShapeOperator,
+    along,
+    measure_roll,
+    spread_rad,
+)
 from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
-from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
+from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature, OneDirection
 from evifuse.touch.joint import turned_by_joint
 from evifuse.touch.mended import mended
 from evifuse.touch.missing import missed_sites
@@ -94,8 +101,9 @@ def sense_curvature(
             shape if edge is None else None,
             evidence_from_sites([own], []),
             edge,
+            _only(found) if edge is None and shape is None else None,
         )
-        for site, shape, own, edge in zip(touched, shapes, masses, edges, strict=True)
+        for site, shape, own, edge, found in zip(touched, shapes, masses, edges, rolls, strict=True)
     ) + tuple(
         FeltSite(site.position_m, site.normal, False, None, evidence_from_sites([], [site.belief]))
         for site in missed
@@ -120,10 +128,21 @@ def _relied_on(
     if not rolls:
         return 0.0
     samples = np.concatenate([roll.samples for roll in rolls])
-    terms = contact_quality(recording, track, samples, float(np.median([roll.slip for roll in rolls])))
+    slips = [roll.slip for roll in rolls if np.isfinite(roll.slip)]  # none without a joint angle
+    terms = contact_quality(recording, track, samples, float(np.median(slips)) if slips else 0.0)
     if shape is not None:
         terms["unresolved"] = resolution(shape, gamma_per_m)
     return reliance(terms)
+
+
+def _only(rolls: list[RollCurvature]) -> OneDirection | None:
+    """What rolls in one direction say together: their mean, weighted by their errors."""
+    if not rolls or spread_rad([roll.direction_rad for roll in rolls]) >= NARROWEST_RAD:
+        return None
+    weight = np.array([max(roll.standard_error_per_m, 1e-9) ** -2 for roll in rolls])
+    curvature = float(weight @ np.array([roll.curvature_per_m for roll in rolls]) / weight.sum())
+    doubled = weight @ np.exp(2j * np.array([roll.direction_rad for roll in rolls]))  # lines have no sense
+    return OneDirection(float(0.5 * np.angle(doubled) % np.pi), curvature, float(weight.sum() ** -0.5))
 
 
 def _local(
@@ -193,10 +212,12 @@ def _warnings(
         if not found:
             said.append(f"{name}: site {index} was touched but not rolled over; roll the finger further")
         elif shape is None:
-            said.append(
-                f"{name}: site {index} was rolled over in one direction only; two or more give k1 and k2"
-            )
-        worst = max((abs(roll.slip) for roll in found), default=0.0)
+            only = _only(found)
+            what = "in several directions, but k1 and k2 could not be fitted: roll it again"
+            if only is not None:
+                what = f"in one direction only, {only}: roll across it too"
+            said.append(f"{name}: site {index} was rolled over {what}")
+        worst = max((abs(roll.slip) for roll in found if np.isfinite(roll.slip)), default=0.0)
         if worst > MUCH_SLIP:
             said.append(
                 f"{name}: at site {index} the joint's turn and the finger's way differ by {worst:.0%} (slip)"
