@@ -18,6 +18,7 @@ from evifuse.touch.contact import ContactTrack
 from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.pole import pole_of
+from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["as_sphere", "guided"]
@@ -128,6 +129,7 @@ def _placed(site: ContactSite, guide: TouchRecording, centre: Array, normal: Arr
     return ContactSite(np.median(centre[near], axis=0), facing / np.linalg.norm(facing), site.rolls)
 
 
+@per_fingertip
 def _surrounded(tip: Fingertip) -> NDArray[np.bool_]:
     """Taxels (N,) that aren't on the rim of the array."""
     apart = np.linalg.norm(tip.positions_m[:, None] - tip.positions_m[None], axis=-1)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.profile import pressure_profile
+from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["CONTACT_FLOOR_PA", "ContactTrack", "contact_track", "noise_pa"]
 
@@ -146,6 +147,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     )
 
 
+@per_fingertip
 def neighbourhoods(tip: Fingertip, width_m: float) -> NDArray[np.float64]:
     """Weights (N, N) that sum neighbours, a Gaussian; they leave the standard deviation of noise as it is."""
     apart = tip.positions_m[:, None] - tip.positions_m[None]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
@@ -130,6 +131,7 @@ def site_edge(edges: Sequence[Edge | None]) -> Edge | None:
     return replace(most, corner=bool(apart > CORNER_RAD))
 
 
+@per_fingertip
 def taxel_angle_rad(fingertip: Fingertip) -> float:
     """Typical angle between the normals of neighbouring taxels.
 

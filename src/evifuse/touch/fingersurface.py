@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip
 from evifuse.touch.blended import blended_surface
 from evifuse.touch.quadrics import tangent_axes, unit_rows
+from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["FingerSurface", "SphereSurface", "surface_of"]
 
@@ -176,6 +177,7 @@ class SphereSurface:
         return np.broadcast_to(np.eye(2) / self.radius_m, (len(points_m), 2, 2)).copy(), axes
 
 
+@per_fingertip
 def surface_of(fingertip: Fingertip) -> FingerSurface:
     """Surface through the taxels of a fingertip.
 

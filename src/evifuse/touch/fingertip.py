@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
+from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["spherical_fingertip", "taxel_areas", "taxel_coverage", "taxel_pitch_m"]
 
@@ -53,6 +54,7 @@ def spherical_fingertip(radius_m: float = 0.010, pitch_m: float = 0.0007, cap_ra
     return Fingertip(radius_m, radius_m * normals, normals)
 
 
+@per_fingertip
 def taxel_pitch_m(fingertip: Fingertip) -> float:
     """Typical distance between neighbouring taxels.
 
@@ -72,6 +74,7 @@ def taxel_pitch_m(fingertip: Fingertip) -> float:
     return float(np.median(nearest)) if len(nearest) > 1 else fingertip.radius_m
 
 
+@per_fingertip
 def taxel_areas(fingertip: Fingertip) -> NDArray[np.float64]:
     """Relative area of each taxel, so that uneven layouts don't pull a mean towards their denser side.
 
@@ -99,6 +102,7 @@ def _distances_m(fingertip: Fingertip) -> NDArray[np.float64]:
     return np.sqrt(np.maximum(squared[:, None] + squared[None, :] - 2 * positions @ positions.T, 0.0))
 
 
+@per_fingertip
 def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64]:
     """How completely the array surrounds each taxel: 1 in its middle, about a half on its edge.
 

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip
 from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.quadrics import unit_rows
+from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["FLATTEST_M", "Pole", "facing_down", "pole_of"]
 
@@ -19,6 +20,7 @@ Pole = tuple[Array, Array, float]
 """Point (3,) in metres and outward unit normal (3,), both in the fingertip frame, and radius in metres."""
 
 
+@per_fingertip
 def pole_of(fingertip: Fingertip) -> Pole:
     """Find the pole of a layout.
 
