@@ -1,11 +1,12 @@
 """Flat surfaces: the plane, and the plates with a hole and a slot."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from evifuse.simulation.surface import Points, Sites, Surface
+from evifuse.simulation.surface import Points, Sites, Surface, Triple
 
 __all__ = ["Hole", "Plane", "Slot"]
 
@@ -34,6 +35,10 @@ class Plane(Surface):
     def _nearest(self, points: Points) -> tuple[Points, Points]:
         """Foot of the perpendicular."""
         return points * [1.0, 1.0, 0.0], np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        return (x, y, 0.0), (0.0, 0.0, 1.0)
 
     def _above(self, x: float, y: float) -> Points | None:
         inside = abs(x) <= self.length_m / 2 and abs(y) <= self.width_m / 2
@@ -69,21 +74,43 @@ class Hole(Surface):
         """On the plate beside the hole, then over the hole."""
         return ((-self.radius_m - 0.015, 0.0), (0.0, 0.0))
 
+    @property
+    def _half_m(self) -> float:
+        """Half of the length of the opening's middle line: a round one has a point in its middle."""
+        return 0.0
+
     def _axis(self, points: Points) -> Points:
-        """Nearest points (x, y) of the middle of the opening."""
-        return np.zeros_like(points[:, :2])
+        """Nearest points (x, y) of the opening's middle line, along x."""
+        along = np.clip(points[:, 0], -self._half_m, self._half_m)
+        return np.stack([along, np.zeros_like(along)], axis=-1)
 
     def _nearest(self, points: Points) -> tuple[Points, Points]:
         """The plate, or the rim for points over the opening."""
         middle = self._axis(points)
         beside = points[:, :2] - middle
-        across = np.hypot(beside[:, 0], beside[:, 1])[:, None]
-        along = beside / np.maximum(across, 1e-12)
-        rim = np.hstack([middle + along * self.radius_m, np.zeros_like(across)])
-        away = points - rim
-        away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
-        over = across < self.radius_m
-        return np.where(over, rim, points * [1.0, 1.0, 0.0]), np.where(over, away, [0.0, 0.0, 1.0])
+        across = np.hypot(beside[:, 0], beside[:, 1])
+        nearest, normals = points * [1.0, 1.0, 0.0], np.zeros_like(points)
+        normals[:, 2] = 1.0
+        over = np.flatnonzero(across < self.radius_m)
+        if len(over):
+            # in the very middle the whole rim is as near: take one point of it
+            far = across[over, None] > 1e-9
+            along = np.where(far, beside[over] / np.maximum(across[over, None], 1e-9), [0.0, 1.0])
+            nearest[over, :2] = middle[over] + along * self.radius_m
+            away = points[over] - nearest[over]
+            normals[over] = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+        return nearest, normals
+
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        middle = min(max(x, -self._half_m), self._half_m)
+        across = math.hypot(x - middle, y)
+        if across >= self.radius_m:
+            return (x, y, 0.0), (0.0, 0.0, 1.0)
+        u, v = ((x - middle) / across, y / across) if across > 1e-9 else (0.0, 1.0)
+        u, v = middle + u * self.radius_m, v * self.radius_m
+        size = max(math.sqrt((x - u) ** 2 + (y - v) ** 2 + z * z), 1e-12)
+        return (u, v, 0.0), ((x - u) / size, (y - v) / size, z / size)
 
     def _above(self, x: float, y: float) -> Points | None:
         beside = np.array([x, y]) - self._axis(np.array([[x, y, 0.0]]))[0]
@@ -120,8 +147,7 @@ class Slot(Hole):
         """On the plate beside the slot, then over it."""
         return ((0.0, -self.radius_m - 0.015), (0.0, 0.0))
 
-    def _axis(self, points: Points) -> Points:
-        """Nearest points (x, y) of the slot's middle line."""
-        return np.stack(
-            [np.clip(points[:, 0], -self.opening_m / 2, self.opening_m / 2), np.zeros(len(points))], axis=-1
-        )
+    @property
+    def _half_m(self) -> float:
+        """Half of the length of the slot's middle line."""
+        return self.opening_m / 2

@@ -135,6 +135,16 @@ class Torus(Surface):
         normals = offset / length
         return points + (self.tube_m - length) * normals, normals
 
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        across = max(math.hypot(x, y), 1e-12)
+        share = 1.0 - self.radius_m / across
+        u, v, w = x * share, y * share, z + self.tube_m
+        length = math.sqrt(u * u + v * v + w * w)
+        u, v, w = u / length, v / length, w / length
+        to_go = self.tube_m - length
+        return (x + to_go * u, y + to_go * v, z + to_go * w), (u, v, w)
+
     def _above(self, x: float, y: float) -> Points | None:
         beside = np.hypot(x, y) - self.radius_m
         if abs(beside) >= self.tube_m:

@@ -102,6 +102,12 @@ class FingerWorld:
         self.radius_m = radius_m
         inertia = 1.4 * MASS_KG * radius_m**2  # of a ball that rolls about its contact point
         self._joint_gain = inertia / JOINT_LAG_S
+        self._mj_step = self._mujoco.mj_step
+        # views of MuJoCo's own memory: asking for them anew would take longer than the physics
+        data = self._data
+        self._pose, self._turning = data.qpos, data.qvel[3:6]
+        self._plane_m, self._plane_wxyz = data.mocap_pos[0], data.mocap_quat[0]
+        self._applied = data.xfrc_applied[_FINGER]
 
     def place(self, position_m: NDArray[np.float64], orientation_xyzw: NDArray[np.float64]) -> None:
         """Put the finger somewhere, at rest.
@@ -113,20 +119,15 @@ class FingerWorld:
         orientation_xyzw : ndarray of float64, shape (4,)
             Its orientation.
         """
-        self._data.qpos[:3] = position_m
-        self._data.qpos[3:7] = np.roll(orientation_xyzw, 1)
+        self._pose[:3] = position_m
+        self._pose[3:] = np.roll(orientation_xyzw, 1)
         self._data.qvel[:] = 0.0
         self._mujoco.mj_kinematics(self._model, self._data)
 
     @property
-    def position_m(self) -> NDArray[np.float64]:
-        """Centre of the fingertip, world frame, metres, shape (3,)."""
-        return self._data.qpos[:3].copy()
-
-    @property
-    def orientation_xyzw(self) -> NDArray[np.float64]:
-        """Orientation of the fingertip in the world frame, shape (4,)."""
-        return self._data.qpos[[4, 5, 6, 3]]
+    def pose(self) -> NDArray[np.float64]:
+        """Centre of the fingertip, metres, and its orientation as w, x, y, z, shape (7,): a view."""
+        return self._pose
 
     def step(self, binormal: Triple, speed_rad_per_s: float) -> None:
         """Press and roll for one physics step.
@@ -139,19 +140,29 @@ class FingerWorld:
         speed_rad_per_s : float
             Commanded speed of the joint.
         """
-        data = self._data
-        nearest, (nx, ny, nz) = self._surface.nearest_one(*data.qpos[:3].tolist())
-        data.mocap_pos[0] = nearest
+        x, y, z, w, i, j, k = self._pose.tolist()
+        nearest, (nx, ny, nz) = self._surface.nearest_one(x, y, z)
+        self._plane_m[:] = nearest
         if nz > -1.0 + 1e-9:
             scale = math.sqrt(2.0 * (1.0 + nz))  # shortest rotation from +z to the normal
-            data.mocap_quat[0] = (scale / 2, -ny / scale, nx / scale, 0.0)
+            self._plane_wxyz[:] = (scale / 2, -ny / scale, nx / scale, 0.0)
         else:
-            data.mocap_quat[0] = (0.0, 1.0, 0.0, 0.0)
+            self._plane_wxyz[:] = (0.0, 1.0, 0.0, 0.0)
         bx, by, bz = binormal
         along = bx * nx + by * ny + bz * nz
         ax, ay, az = bx - along * nx, by - along * ny, bz - along * nz
         speed = speed_rad_per_s / math.sqrt(ax * ax + ay * ay + az * az)
-        turning = data.xmat[_FINGER].reshape(3, 3) @ data.qvel[3:6]
-        data.xfrc_applied[_FINGER, :3] = (-self._press_n * nx, -self._press_n * ny, -self._press_n * nz)
-        data.xfrc_applied[_FINGER, 3:] = self._joint_gain * ((speed * ax, speed * ay, speed * az) - turning)
-        self._mujoco.mj_step(self._model, data)
+        # how the finger turns now, from its own frame into the world's: v + 2 q x (q x v + w v)
+        p, q, r = self._turning.tolist()
+        u, v, t = j * r - k * q + w * p, k * p - i * r + w * q, i * q - j * p + w * r
+        p, q, r = p + 2 * (j * t - k * v), q + 2 * (k * u - i * t), r + 2 * (i * v - j * u)
+        press, gain = -self._press_n, self._joint_gain
+        self._applied[:] = (
+            press * nx,
+            press * ny,
+            press * nz,
+            gain * (speed * ax - p),
+            gain * (speed * ay - q),
+            gain * (speed * az - r),
+        )
+        self._mj_step(self._model, self._data)

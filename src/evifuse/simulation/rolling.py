@@ -217,13 +217,14 @@ def _on_surface(
     whole = float(roll.turn_rad[-1] - roll.turn_rad[0])
     share = np.diff(_profile(procedure, count, settle), prepend=0.0)
     speeds = (whole * rate_hz * substeps * share).reshape(-1, substeps)
-    position, orientation = np.empty((len(speeds), 3)), np.empty((len(speeds), 4))
+    poses, pose = np.empty((len(speeds), 7)), world.pose
     x, y, z = roll.binormal.tolist()
     binormal = (x, y, z)
     for i, sample in enumerate(speeds.tolist()):
         for speed in sample:
             world.step(binormal, speed)
-        position[i], orientation[i] = world.position_m, world.orientation_xyzw
+        poses[i] = pose
+    position, orientation = poses[:, :3], poses[:, [4, 5, 6, 3]]
     contact, normal = surface.nearest(position)
     angle = _joint_angle(contact, normal, orientation) + roll.turn_rad[0]
     return Motion(position, orientation, angle, np.full(len(speeds), number), normal)
