@@ -57,7 +57,7 @@ def baseline_of(recording: TouchRecording) -> Baseline:
     """
     seconds = (recording.time_ns - recording.time_ns[0]) * 1e-9
     every = max(1, len(seconds) // (40 * WINDOWS))
-    sample, at = recording.pressure_pa[::every], seconds[::every]
+    sample, at = np.ascontiguousarray(recording.pressure_pa[::every]), seconds[::every]
     piece = np.minimum((WINDOWS * np.arange(len(at))) // max(len(at), 1), WINDOWS - 1)
     found = _measured(sample, at, piece, sample)
     for _ in range(2):  # pauses are told better once the drift is known
@@ -68,16 +68,18 @@ def baseline_of(recording: TouchRecording) -> Baseline:
 
 def _measured(sample: Array, at: Array, piece: NDArray[np.int64], level: Array) -> Baseline:
     """Baseline in the pauses that pressures show from which the drift known so far is taken off."""
-    free = _free(level)
-    found = [np.flatnonzero(free & (piece == k)) for k in range(WINDOWS)]
-    found = [rows for rows in found if len(rows) >= FEWEST]
-    if not found:
+    from evifuse.touch._kernels_health import window_levels
+
+    rows = np.flatnonzero(_free(level))
+    size = np.bincount(piece[rows], minlength=WINDOWS)
+    enough = size >= FEWEST
+    rows, size = rows[enough[piece[rows]]], size[enough]
+    if not len(size):
         return Baseline(np.zeros(1), np.zeros((1, sample.shape[1])), np.inf)
-    middle = np.stack([np.median(sample[rows], axis=0) for rows in found])
-    scatter = np.median([np.median(np.abs(sample[rows] - m)) for rows, m in zip(found, middle, strict=True)])
-    fewest = min(len(rows) for rows in found)
-    seconds = np.array([at[rows].mean() for rows in found])
-    return Baseline(seconds, middle, 1.48 * 1.25 * float(scatter) / np.sqrt(fewest))
+    starts = np.concatenate([[0], np.cumsum(size)])
+    middle, scatter = window_levels(sample, rows, starts)
+    seconds = np.add.reduceat(at[rows], starts[:-1]) / size
+    return Baseline(seconds, middle, 1.48 * 1.25 * float(np.median(scatter)) / np.sqrt(int(size.min())))
 
 
 def without_baseline(recording: TouchRecording, baseline: Baseline) -> TouchRecording:
@@ -112,8 +114,9 @@ def _levels(baseline: Baseline, seconds: Array) -> Array:
 
 def _free(sample: Array) -> NDArray[np.bool_]:
     """Samples (S,) without contact: no taxel stands out, its own middle reading removed."""
-    rise = sample - np.median(sample, axis=0)
-    contrast = rise.max(axis=1) - np.median(rise, axis=1)
+    from evifuse.touch._kernels_health import contrasts, taxel_statistics
+
+    contrast = contrasts(sample, taxel_statistics(np.ascontiguousarray(sample.T))[0])
     quietest, loudest = np.percentile(contrast, [5, 95])
     if quietest > PAUSES * loudest:
         return np.zeros(len(contrast), dtype=np.bool_)  # always in contact, or never

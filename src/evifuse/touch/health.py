@@ -10,14 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.recordings.recording import Fingertip, TouchRecording
-from evifuse.touch.baseline import Baseline, baseline_of
+from evifuse.touch.baseline import FREE, PAUSES, QUIET, WINDOWS, Baseline, baseline_of
 from evifuse.touch.converter import quantisation_step_pa, saturation_pa
+from evifuse.touch.glance import Glance, glance_at
 from evifuse.touch.repair import opposite_pairs
 
-__all__ = ["FingertipHealth", "drifting_taxels", "health", "named", "silent_taxels"]
+__all__ = [
+    "FingertipHealth",
+    "drifting_taxels",
+    "health",
+    "may_drift",
+    "named",
+    "silent_taxels",
+]
 
-SAMPLES = 400
-"""Samples that are looked at, about."""
 LOADED = 0.2
 """A taxel counts as surrounded by contact when the lesser of two opposite ones has this share of the peak."""
 SILENT = 0.2
@@ -132,12 +138,34 @@ def drifting_taxels(recording: TouchRecording, baseline: Baseline) -> NDArray[np
     ndarray of bool, shape (N,)
         Those whose baseline moves by more than 3 % of the peak and six times its error.
     """
-    sample = recording.pressure_pa[:: max(1, len(recording.pressure_pa) // SAMPLES)]
-    peak = _peak(sample - np.median(sample, axis=0))
+    peak = _peak(glance_at(recording).rise)
     return np.ptp(baseline.level_pa, axis=0) > max(MUCH_DRIFT * peak, 6 * baseline.error_pa)
 
 
-def silent_taxels(recording: TouchRecording) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def may_drift(seen: Glance) -> bool:
+    """Whether it's worth while to measure the baseline: a quick look that errs on the side of yes.
+
+    Parameters
+    ----------
+    seen : Glance
+        Some samples of a recording.
+
+    Returns
+    -------
+    bool
+        False if mean readings without contact move by less than half of what counts as drift, or by no more
+        than noise makes them.
+    """
+    from evifuse.touch._kernels_health import baseline_moves
+
+    moves = baseline_moves(seen.sample, seen.quiet, WINDOWS, FREE, QUIET, PAUSES)
+    noise = 1.48 * float(np.median(seen.spread))
+    return float(moves.max(initial=0.0)) > max(0.5 * MUCH_DRIFT * _peak(seen.rise), 1.5 * noise)
+
+
+def silent_taxels(
+    recording: TouchRecording, seen: Glance | None = None
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Taxels that say nothing although their neighbours do.
 
     Where taxels are noisy, one without any noise is silent too.
@@ -146,28 +174,29 @@ def silent_taxels(recording: TouchRecording) -> tuple[NDArray[np.bool_], NDArray
     ----------
     recording : TouchRecording
         T samples of N taxels.
+    seen : Glance, optional
+        Some of its samples, where they were looked at before.
 
     Returns
     -------
     dead, stuck : ndarray of bool, shape (N,)
         Silent at about 0, and at another value.
     """
-    sample = recording.pressure_pa[:: max(1, len(recording.pressure_pa) // SAMPLES)]
-    quiet = np.median(sample, axis=0)
-    response = sample - quiet
-    peak = _peak(response)
+    seen = glance_at(recording) if seen is None else seen
+    quiet, reach = seen.quiet, seen.reach
+    peak = _peak(seen.rise)
     if peak <= 0:  # nothing ever changes: no taxel can be told from another
         return np.zeros(len(quiet), dtype=np.bool_), np.zeros(len(quiet), dtype=np.bool_)
-    noise = 1.48 * np.median(np.abs(response), axis=0)
+    noise = 1.48 * seen.spread
     floor = float(np.median(noise))
-    reach = np.abs(response).max(axis=0)
     numb = (noise == 0) & (floor > 0) & (reach <= 1e-3 * peak)
     high = (np.abs(quiet) > STUCK * peak) & (reach <= 1e-3 * peak)
     silent = numb | high
     suspect = (reach < 0.5 * peak + 5 * floor) & ~silent
+    least = max(LOADED * peak, 5 * floor)
     for _ in range(2):  # what is silent itself says nothing about its neighbours
-        least = max(LOADED * peak, 5 * floor)
-        found = _unanswering(recording.fingertip, response, suspect, silent, least)
+        touched = (seen.rise > least) & ~silent
+        found = _unanswering(recording.fingertip, seen, suspect & ~silent, touched, least)
         silent = silent | found
         if not found.any():
             break
@@ -177,30 +206,27 @@ def silent_taxels(recording: TouchRecording) -> tuple[NDArray[np.bool_], NDArray
 
 def _unanswering(
     tip: Fingertip,
-    response: Array,
+    seen: Glance,
     suspect: NDArray[np.bool_],
-    silent: NDArray[np.bool_],
+    touched: NDArray[np.bool_],
     least_pa: float,
 ) -> NDArray[np.bool_]:
     """Suspects (N,) that answer with next to nothing when the taxels around them are loaded."""
+    from evifuse.touch._kernels_health import answers
+
     found = np.zeros(len(suspect), dtype=np.bool_)
-    touched = (response.max(axis=0) > least_pa) & ~silent
-    taxel, first, second = opposite_pairs(tip, suspect & ~silent, touched)
+    taxel, first, second = opposite_pairs(tip, suspect, touched)
     if not len(taxel):
         return found
-    ends = np.flatnonzero(np.diff(taxel, prepend=-1))
-    expected = np.maximum.reduceat(np.minimum(response[:, first], response[:, second]), ends, axis=1)
-    surrounded = expected > least_pa
-    answer = np.where(surrounded, response[:, taxel[ends]], 0.0).sum(axis=0)
-    asked = np.where(surrounded, expected, 0.0).sum(axis=0)
-    found[taxel[ends]] = (surrounded.sum(axis=0) >= ENOUGH) & (answer < SILENT * asked)
+    ends = np.flatnonzero(np.diff(taxel, prepend=-1, append=-1))
+    answer, asked, often = answers(seen.columns, seen.quiet, ends, taxel, first, second, least_pa)
+    found[taxel[ends[:-1]]] = (often >= ENOUGH) & (answer < SILENT * asked)
     return found
 
 
-def _peak(response: Array) -> float:
+def _peak(rise: Array) -> float:
     """Pressure that the most loaded taxels reach, pascals: constant ones don't count."""
-    reach = response.max(axis=0)
-    return float(np.percentile(reach[reach > 0], 90)) if (reach > 0).any() else 0.0
+    return float(np.percentile(rise[rise > 0], 90)) if (rise > 0).any() else 0.0
 
 
 def _most(values: Array) -> float:

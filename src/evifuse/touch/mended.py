@@ -6,7 +6,7 @@ import numpy as np
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.baseline import baseline_of, without_baseline
-from evifuse.touch.health import drifting_taxels, named, silent_taxels
+from evifuse.touch.health import drifting_taxels, glance_at, may_drift, named, silent_taxels
 from evifuse.touch.repair import repair_weights
 
 __all__ = ["mended"]
@@ -29,15 +29,17 @@ def mended(recording: TouchRecording) -> tuple[TouchRecording, tuple[str, ...]]:
     said : tuple of str
         One line for each thing that was done.
     """
-    dead, stuck = silent_taxels(recording)
+    seen = glance_at(recording)
+    dead, stuck = silent_taxels(recording, seen)
     silent, said = dead | stuck, list[str]()
-    baseline = baseline_of(recording)
-    drifting = drifting_taxels(recording, baseline) & ~silent
-    if drifting.any():
-        said.append(
-            f"{recording.name}: {named(drifting)} drift without load; the running baseline is taken off"
-        )
-        recording = without_baseline(recording, baseline)
+    if may_drift(seen):
+        baseline = baseline_of(recording)
+        drifting = drifting_taxels(recording, baseline) & ~silent
+        if drifting.any():
+            said.append(
+                f"{recording.name}: {named(drifting)} drift without load; the running baseline is taken off"
+            )
+            recording = without_baseline(recording, baseline)
     if silent.any() and not silent.all():
         said.append(f"{recording.name}: {named(silent)} never respond; filled in from the taxels around them")
         weights = repair_weights(recording.fingertip, silent)

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.quadrics import tangent_axes
+from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["opposite_pairs", "repair_weights"]
 
@@ -13,8 +14,8 @@ WITHIN = 2.3
 """Taxels further away than so many pitches say nothing about one."""
 STRAIGHT = -0.9
 """Two taxels are on opposite sides of one when the cosine of the angle between them is less."""
-AROUND = 18
-"""Nearest taxels that pairs are made of."""
+AROUND = 24
+"""Nearest taxels that pairs are made of, at most."""
 USED = 10
 """Taxels that a silent one is filled in from."""
 
@@ -41,9 +42,16 @@ def opposite_pairs(
     taxel, first, second : ndarray of int64, shape (P,)
         The taxel in the middle, in increasing order, and the two beside it.
     """
+    taxel, first, second = _pairs(fingertip)
+    kept = middle[taxel] & beside[first] & beside[second]
+    return taxel[kept], first[kept], second[kept]
+
+
+@per_fingertip
+def _pairs(fingertip: Fingertip) -> tuple[Indices, Indices, Indices]:
+    """Pairs of taxels on opposite sides of every taxel, as `opposite_pairs` gives them."""
     positions, reach = fingertip.positions_m, WITHIN * taxel_pitch_m(fingertip)
-    centre, other = np.flatnonzero(middle), np.flatnonzero(beside)
-    away = positions[other] - positions[centre][:, None]
+    away = positions - positions[:, None]
     size = np.sqrt(np.square(away).sum(axis=2))
     size[size == 0] = np.inf  # a taxel is not beside itself
     nearest = np.argsort(size, axis=1)[:, :AROUND]
@@ -52,7 +60,7 @@ def opposite_pairs(
     near = size < reach
     opposite = np.triu(unit @ unit.transpose(0, 2, 1) < STRAIGHT) & near[:, :, None] & near[:, None, :]
     i, a, b = np.nonzero(opposite)
-    return centre[i], other[nearest[i, a]], other[nearest[i, b]]
+    return i, nearest[i, a], nearest[i, b]
 
 
 def repair_weights(fingertip: Fingertip, silent: NDArray[np.bool_]) -> Array:
