@@ -209,7 +209,6 @@ INF5 = np.full(5, np.inf, np.float32)
 BROKEN = {
     "no message on .*taxels has no|T = 0": lambda e: without(e, TAXELS),
     "/finger/pose has no messages": lambda e: without(e, POSE),
-    "/finger/joint_states has no messages": lambda e: without(e, JOINT),
     "pressure_pa is NaN or infinite at row 4": lambda e: altered(e, TAXELS, 4, values=INF5),
     "message 4 on /finger/taxels has 3 values": lambda e: altered(e, TAXELS, 4, values=NAN5[:3]),
     "message 4 on /finger/taxels changes unit": lambda e: altered(e, TAXELS, 4, unit="kPa"),
@@ -237,12 +236,22 @@ def test_broken_content_is_named(tmp_path, entries, message):
     assert "broken.mcap" in str(caught.value)
 
 
-@pytest.mark.parametrize("topic", [POSE, JOINT])
-def test_a_topic_that_was_not_recorded_is_named(tmp_path, entries, topic):
-    kinds = {key: kind for key, kind in messages.TOPIC_TYPES.items() if key != topic}
-    file = stored(tmp_path / "m.mcap", without(entries, topic), kinds=kinds)
-    with pytest.raises(RecordingError, match=f"touch needs topic {topic}"):
+def test_a_topic_that_was_not_recorded_is_named(tmp_path, entries):
+    kinds = {key: kind for key, kind in messages.TOPIC_TYPES.items() if key != POSE}
+    file = stored(tmp_path / "m.mcap", without(entries, POSE), kinds=kinds)
+    with pytest.raises(RecordingError, match=f"touch needs topic {POSE}"):
         read_scene(file)
+
+
+@pytest.mark.parametrize("silent_topic", [True, False])
+def test_a_joint_may_be_missing(tmp_path, entries, silent_topic):
+    kinds = {key: kind for key, kind in messages.TOPIC_TYPES.items() if silent_topic or key != JOINT}
+    touch = read_touch(stored(tmp_path / "m.mcap", without(entries, JOINT), kinds=kinds))
+    assert not touch.has_joint
+    assert touch.notes[0] == (
+        "m.mcap: no joint angle: slip can't be told, and there is no estimate by the chapter"
+    )
+    np.testing.assert_allclose(touch.pressure_pa, made_touch().pressure_pa, rtol=1e-6)
 
 
 def test_a_recording_of_something_else(tmp_path, entries):

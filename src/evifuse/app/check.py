@@ -12,10 +12,11 @@ from evifuse.app.pictures import find_sources
 from evifuse.errors import EvifuseError, RecordingError, UsageError
 from evifuse.recordings.bags import is_bag
 from evifuse.recordings.door import touch_of
-from evifuse.recordings.files import TOUCH_SUFFIXES, read_raw_scene, with_fingertip
+from evifuse.recordings.files import TOUCH_SUFFIXES, read_raw_scene
 from evifuse.recordings.inspection import Finding, inspect_touch
 from evifuse.recordings.mcap_scene import RawScene
-from evifuse.recordings.recording import Fingertip, TouchRecording
+from evifuse.recordings.raw import NOTHING_GIVEN, Given
+from evifuse.recordings.recording import TouchRecording
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.touch.health import health
 
@@ -24,15 +25,15 @@ __all__ = ["findings_of", "run_check"]
 _MARKS = {"fine": "fine", "note": "[yellow]note[/]", "refused": "[red]refused[/]"}
 
 
-def run_check(recordings: tuple[str, ...], fingertip: str | None, as_json: bool) -> None:
+def run_check(recordings: tuple[str, ...], given: Given, as_json: bool) -> None:
     """Say what recordings lack.
 
     Parameters
     ----------
     recordings : tuple of str
         Files, bags, folders and patterns.
-    fingertip : str or None
-        Name or file of a fingertip's layout, instead of a recording's own.
+    given : Given
+        What the recordings leave open.
     as_json : bool
         Print a JSON object for each recording.
 
@@ -45,17 +46,12 @@ def run_check(recordings: tuple[str, ...], fingertip: str | None, as_json: bool)
     """
     if not recordings:
         raise UsageError("nothing to check: give a RECORDING or a folder")
-    tip = None
-    if fingertip is not None:
-        from evifuse.touch.layouts import load_fingertip
-
-        tip = load_fingertip(fingertip)
     sources = find_sources(recordings, TOUCH_SUFFIXES, "recording of touch", is_bag)
     if not sources.many and not Path(sources.paths[0]).exists():
         raise RecordingError(f"{sources.paths[0]}: there is no such file: check its name")
     refused: list[str] = []
     for path in sources.paths:
-        found = findings_of(path, tip)
+        found = findings_of(path, given)
         usable = all(f.verdict != "refused" for f in found)
         if not usable:
             refused.append(path)
@@ -71,15 +67,15 @@ def run_check(recordings: tuple[str, ...], fingertip: str | None, as_json: bool)
         raise RecordingError(f"{len(refused)} of {len(sources.paths)} recordings would be refused")
 
 
-def findings_of(path: str, fingertip: Fingertip | None = None) -> list[Finding]:
+def findings_of(path: str, given: Given = NOTHING_GIVEN) -> list[Finding]:
     """Look at a recording.
 
     Parameters
     ----------
     path : str
         The file or bag.
-    fingertip : Fingertip, optional
-        Geometry of the fingertip, instead of the file's own.
+    given : Given
+        What the file leaves open.
 
     Returns
     -------
@@ -87,7 +83,7 @@ def findings_of(path: str, fingertip: Fingertip | None = None) -> list[Finding]:
         By part; a file that can't be read has one.
     """
     try:
-        raw = read_raw_scene(path)
+        raw = read_raw_scene(path, given=given)
     except (EvifuseError, OSError) as error:
         return [Finding("file", "refused", _one_line(error))]
     found: list[Finding] = []
@@ -97,10 +93,10 @@ def findings_of(path: str, fingertip: Fingertip | None = None) -> list[Finding]:
         return [*found, Finding("file", "refused", f"no touch in it; {raw.held}"), *_picture(raw)]
     if not raw.damage:
         found.append(Finding("file", "fine", f"{Path(path).name} is whole"))
-    touch = raw.touch if fingertip is None else with_fingertip(raw.touch, fingertip)
-    found += inspect_touch(touch)
+    found += [Finding("file", "note", _short(line, raw.name)) for line in raw.touch.notes]
+    found += inspect_touch(raw.touch)
     try:
-        recording = touch_of(touch)
+        recording = touch_of(raw.touch)
     except EvifuseError as error:
         if all(f.verdict != "refused" for f in found):
             found.append(Finding("file", "refused", _one_line(error)))

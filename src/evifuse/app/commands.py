@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from evifuse.errors import UsageError
 from evifuse.fusion import Box, Fusion, fuse, gather_scene
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings import read_scene
+from evifuse.recordings.raw import Given
 from evifuse.recordings.recording import Scene
 
 __all__ = ["run_demo", "run_fuse", "run_reproduce"]
@@ -35,6 +37,7 @@ def run_fuse(
     image: Path | None,
     touch: Path | None,
     box: Box | None,
+    given: Given,
     shape_knowledge: str,
     curvature_knowledge: str,
     as_json: bool,
@@ -52,6 +55,8 @@ def run_fuse(
         Touch recording.
     box : tuple of float or None
         Pixel box of the object that was touched.
+    given : Given
+        What the recording leaves open.
     shape_knowledge : str
         Name or path of the classes of shape features.
     curvature_knowledge : str
@@ -70,14 +75,25 @@ def run_fuse(
         raise UsageError("give either SCENE.mcap, or --image and --touch, not both")
     if scene is None and image is None and touch is None:
         raise UsageError("nothing to fuse: give SCENE.mcap, or --image and --touch")
-    whole = gather_scene(scene if scene is not None else image, touch)
+    whole = gather_scene(scene if scene is not None else image, touch, given)
+    notes = whole.notes + (() if whole.touch is None else whole.touch.notes)
+    for note in notes:
+        _notice(note)
     result = fuse(
         whole,
         box=box,
         shape_knowledge=load_knowledge(shape_knowledge),
         curvature_knowledge=load_knowledge(curvature_knowledge),
     )
-    _show_fusion(whole, result, as_json, draw)
+    _show_fusion(whole, result if as_json else _without(result, notes), as_json, draw)
+
+
+def _without(fusion: Fusion, notes: tuple[str, ...]) -> Fusion:
+    """Without the warnings that were said on standard error already."""
+    touch = fusion.touch
+    if touch is not None:
+        touch = replace(touch, warnings=tuple(w for w in touch.warnings if w not in notes))
+    return replace(fusion, touch=touch, warnings=tuple(w for w in fusion.warnings if w not in notes))
 
 
 def _show_fusion(scene: Scene, result: Fusion, as_json: bool, draw: Path | None) -> None:

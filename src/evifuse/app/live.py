@@ -162,7 +162,8 @@ def feel_live(lines: Iterable[str], feeling: Feeling, every: int | None, as_json
     RecordingError
         If the fingertip is not known, or no line could be used.
     """
-    live = None if feeling.fingertip is None else LiveTouch(feeling, feeling.fingertip)
+    tip = feeling.given.fingertip
+    live = None if tip is None else LiveTouch(feeling, tip)
     taken, left_out, said_at = 0, 0, 0
     try:
         for number, line in enumerate(lines, start=1):

@@ -45,6 +45,17 @@ CurvatureKnowledge = Annotated[
         help="Classes of curvature: curvature (ours), chapter-curvature (table 4), or your own YAML file."
     ),
 ]
+Fingertip = Annotated[
+    str | None,
+    Parameter(help="Layout instead of the recording's own: sphere, paxini:MODEL, or a CSV or JSON file."),
+]
+Topics = Annotated[
+    str | None,
+    Parameter(help="Topics of a bag that are not the documented ones: pose=/a,pressures=/b,joint=/c:name."),
+]
+Unit = Annotated[
+    str | None, Parameter(help="Unit of the pressures instead of the recording's own: Pa, kPa, bar, ...")
+]
 Surface = Literal[
     "plane", "cylinder", "sphere", "bowl", "trough", "saddle", "hole", "ellipsoid", "torus", "edge", "step",
     "corner", "slot",
@@ -87,6 +98,9 @@ def fuse(
         Parameter(help="Pixel box x,y,w,h of the object that was touched.", allow_leading_hyphen=True),
     ] = None,
     shape_knowledge: ShapeKnowledge = "shape",
+    fingertip: Fingertip = None,
+    topics: Topics = None,
+    unit: Unit = None,
     curvature_knowledge: CurvatureKnowledge = "curvature",
     json: Json = False,
     draw: Draw = None,
@@ -103,8 +117,10 @@ def fuse(
         Touch recording: MCAP, ROS 2 bag, CSV, NPZ or Parquet.
     """
     from evifuse.app.commands import run_fuse
+    from evifuse.app.given import given_by
 
-    run_fuse(scene, image, touch, parse_box(box), shape_knowledge, curvature_knowledge, json, draw)
+    given = given_by(fingertip, topics, unit)
+    run_fuse(scene, image, touch, parse_box(box), given, shape_knowledge, curvature_knowledge, json, draw)
 
 
 @app.command
@@ -157,10 +173,9 @@ def shape(
 @app.command
 def touch(
     *recordings: Annotated[str, Parameter(allow_leading_hyphen=True)],
-    fingertip: Annotated[
-        str | None,
-        Parameter(help="Layout instead of the recording's own: sphere, paxini:MODEL, or a CSV or JSON file."),
-    ] = None,
+    fingertip: Fingertip = None,
+    topics: Topics = None,
+    unit: Unit = None,
     live: Annotated[
         bool, Parameter(negative="", help="Read samples from standard input as they come, as JSON lines.")
     ] = False,
@@ -182,18 +197,20 @@ def touch(
     recordings
         Touch recordings: MCAP, ROS 2 bags, CSV, NPZ, Parquet, folders of them, patterns, or - for live.
     """
+    from evifuse.app.given import given_by
     from evifuse.app.touches import run_touch
 
-    run_touch(recordings, fingertip, live, every, curvature_knowledge, belief, json, draw)
+    run_touch(
+        recordings, given_by(fingertip, topics, unit), live, every, curvature_knowledge, belief, json, draw
+    )
 
 
 @app.command
 def check(
     *recordings: str,
-    fingertip: Annotated[
-        str | None,
-        Parameter(help="Layout instead of the recording's own: sphere, paxini:MODEL, or a CSV or JSON file."),
-    ] = None,
+    fingertip: Fingertip = None,
+    topics: Topics = None,
+    unit: Unit = None,
     json: Json = False,
 ) -> None:
     """Say what a touch recording lacks, part by part; exit code 2 if an estimate would be refused.
@@ -204,8 +221,9 @@ def check(
         Touch recordings: MCAP, ROS 2 bags, CSV, NPZ, Parquet, folders of them, or patterns.
     """
     from evifuse.app.check import run_check
+    from evifuse.app.given import given_by
 
-    run_check(recordings, fingertip, json)
+    run_check(recordings, given_by(fingertip, topics, unit), json)
 
 
 @app.command

@@ -17,7 +17,8 @@ from evifuse.errors import EvifuseError, RecordingError, UsageError
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.bags import is_bag
 from evifuse.recordings.files import TOUCH_SUFFIXES, read_touch
-from evifuse.recordings.recording import Fingertip, TouchRecording
+from evifuse.recordings.raw import Given
+from evifuse.recordings.recording import TouchRecording
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.touch.smearing import BeliefModel
 
@@ -37,13 +38,13 @@ class Feeling:
         Classes of curvature features.
     belief : {"resolved", "chapter"}
         Belief of a local curvature.
-    fingertip : Fingertip or None
-        Geometry of the fingertip, instead of a recording's own.
+    given : Given
+        What recordings leave open.
     """
 
     knowledge: KnowledgeBase
     belief: BeliefModel
-    fingertip: Fingertip | None
+    given: Given
 
 
 Felt: TypeAlias = "tuple[str, TouchRecording, FeltSurface]"
@@ -52,7 +53,7 @@ Felt: TypeAlias = "tuple[str, TouchRecording, FeltSurface]"
 
 def run_touch(
     recordings: tuple[str, ...],
-    fingertip: str | None,
+    given: Given,
     live: bool,
     every: int | None,
     knowledge: str,
@@ -66,8 +67,8 @@ def run_touch(
     ----------
     recordings : tuple of str
         Files, bags, folders and patterns; ``-`` for samples on standard input.
-    fingertip : str or None
-        Name or file of a fingertip's layout, instead of a recording's own.
+    given : Given
+        What the recordings leave open.
     live : bool
         Read samples from standard input as they come.
     every : int or None
@@ -98,12 +99,7 @@ def run_touch(
         raise UsageError("nothing to feel: give a RECORDING, a folder, or '-' for standard input")
     if every is not None and (every < 1 or not live):
         raise UsageError(f"--every {every}: it needs --live, and 1 or more")
-    tip = None
-    if fingertip is not None:
-        from evifuse.touch.layouts import load_fingertip
-
-        tip = load_fingertip(fingertip)
-    feeling = Feeling(load_knowledge(knowledge), belief, tip)
+    feeling = Feeling(load_knowledge(knowledge), belief, given)
     if live:
         if draw is not None:
             raise UsageError("--draw needs a recording: live samples are not drawn")
@@ -119,7 +115,10 @@ def run_touch(
 
 
 def _feel(path: str, feeling: Feeling) -> tuple[TouchRecording, FeltSurface]:
-    recording = read_touch(path, partial=True, fingertip=feeling.fingertip)
+    given = feeling.given
+    recording = read_touch(
+        path, partial=True, fingertip=given.fingertip, topics=given.topics, unit=given.unit
+    )
     return recording, sense_curvature(recording, feeling.knowledge, belief=feeling.belief)
 
 

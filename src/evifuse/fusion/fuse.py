@@ -1,7 +1,7 @@
 """Section 5.3: both senses into one belief, or one of them where the other is missing."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from evifuse.fusion.curvature_from_shape import NO_CONTACT, curvature_from_shape
 from evifuse.fusion.touched import Box, find_touched
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings import as_image, read_scene, read_touch
+from evifuse.recordings.raw import NOTHING_GIVEN, Given
 from evifuse.recordings.recording import Camera, Scene, TouchRecording
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.vision import SeenObject, sense_shapes
@@ -198,7 +199,7 @@ def fuse_scene(
     """
     if scene.image is None and scene.touch is None:
         raise UsageError(f"{scene.name}: neither a picture nor a touch recording: there is nothing to fuse")
-    warnings: list[str] = []
+    warnings = list(scene.notes)
     touch = None
     if scene.touch is None:
         warnings.append(f"{scene.name}: no touch recording: the shape alone speaks")
@@ -280,14 +281,18 @@ def fuse(
     """
     scene = gather_scene(image, recording)
     if camera is not None:
-        scene = Scene(scene.image, camera, scene.touch, scene.name)
+        scene = replace(scene, camera=camera)
     return fuse_scene(
         scene, box=box, shape_knowledge=shape_knowledge, curvature_knowledge=curvature_knowledge
     )
 
 
-def gather_scene(image: Picture | None = None, recording: Touch | None = None) -> Scene:
+def gather_scene(
+    image: Picture | None = None, recording: Touch | None = None, given: Given = NOTHING_GIVEN
+) -> Scene:
     """The values behind files and arrays, as one scene; the camera may come with either file.
+
+    Of a file that was cut off or damaged what is whole is taken, and a note says so.
 
     Parameters
     ----------
@@ -295,6 +300,8 @@ def gather_scene(image: Picture | None = None, recording: Touch | None = None) -
         A picture or a scene.
     recording : str, Path or TouchRecording, optional
         A rolled finger, in place of the one in ``image``.
+    given : Given
+        What the recording leaves open.
 
     Returns
     -------
@@ -315,7 +322,7 @@ def gather_scene(image: Picture | None = None, recording: Touch | None = None) -
     elif isinstance(image, Scene):
         seen = image
     elif isinstance(image, str | Path):
-        seen = read_scene(image)
+        seen = read_scene(image, partial=True, given=given)
     else:
         seen = Scene(as_image(image), None, None, "image")
     if recording is None:
@@ -323,7 +330,11 @@ def gather_scene(image: Picture | None = None, recording: Touch | None = None) -
     if isinstance(recording, TouchRecording):
         felt = Scene(None, None, recording, recording.name)
     else:
-        touch = read_touch(recording)
-        whole = read_scene(recording) if seen.camera is None and image is not None else None
+        touch = read_touch(
+            recording, partial=True, fingertip=given.fingertip, topics=given.topics, unit=given.unit
+        )
+        whole = None
+        if seen.camera is None and image is not None:
+            whole = read_scene(recording, partial=True, given=given)
         felt = Scene(None, whole.camera if whole is not None else None, touch, str(recording))
-    return Scene(seen.image, seen.camera or felt.camera, felt.touch, seen.name or felt.name)
+    return Scene(seen.image, seen.camera or felt.camera, felt.touch, seen.name or felt.name, seen.notes)

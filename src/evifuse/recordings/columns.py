@@ -16,11 +16,12 @@ from evifuse.recordings.raw import RawTouch, nothing
 __all__ = ["FACTS", "POSE_COLUMNS", "facts_of", "pressure_columns", "raw_of_columns", "wrong_columns"]
 
 POSE_COLUMNS = ("time_ns", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "joint_angle_rad")
-"""Columns before the pressures."""
+"""Columns before the pressures; the joint angle may be left out."""
 FACTS = ("fingertip_radius_m", "taxel_positions_m", "taxel_normals")
 """What must be known about the fingertip."""
 
-_PARTS = {"time": POSE_COLUMNS[:1], "pose": POSE_COLUMNS[1:8], "joint": POSE_COLUMNS[8:]}
+_PARTS = {"time": POSE_COLUMNS[:1], "pose": POSE_COLUMNS[1:8]}
+_JOINT = POSE_COLUMNS[8]
 _UNITS = {"pa": "Pa", "hpa": "hPa", "kpa": "kPa", "mpa": "MPa", "bar": "bar", "n": "N"}
 
 
@@ -37,8 +38,7 @@ def wrong_columns(names: list[str], file: Path) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        For ``time``, ``pose``, ``joint`` and ``pressure``, the line that says what is wrong; empty if all is
-        there.
+        For ``time``, ``pose`` and ``pressure``, the line that says what is wrong; empty if all is there.
     """
     wrong: dict[str, str] = {}
     for part, columns in _PARTS.items():
@@ -147,7 +147,8 @@ def raw_of_columns(
     has = {part: part not in wrong for part in _PARTS}
     rows = len(time_ns)
     pose = numbers[:, [place[c] for c in _PARTS["pose"]]] if has["pose"] else nothing(0, 7)
-    joint = numbers[:, place["joint_angle_rad"]] if has["joint"] else nothing(0)
+    jointed = _JOINT in place
+    joint = numbers[:, place[_JOINT]] if jointed else nothing(0)
     empty = np.zeros(0, np.int64)
     lacking = wrong | known["lacking"]
     if not rows:
@@ -159,7 +160,7 @@ def raw_of_columns(
         unit=_UNITS.get(suffix, suffix),
         pose_time_ns=time_ns if has["pose"] else empty,
         pose=pose,
-        joint_time_ns=time_ns if has["joint"] else empty,
+        joint_time_ns=time_ns if jointed else empty,
         joint_rad=joint,
         called={"time": "time_ns", "pose": "the pose", "joint": "joint_angle_rad"},
         **(known | {"lacking": lacking}),

@@ -63,19 +63,24 @@ def touch_of(raw: RawTouch) -> TouchRecording:
     fingertip, pressure = _taxels(raw, notes)
     keep = _whole_samples(pressure, name, notes)
     pose = _known(raw.pose_time_ns, raw.pose, raw.called.get("pose", "pose"), name, notes)
-    angle = raw.joint_rad[:, None]
-    joint = _known(raw.joint_time_ns, angle, raw.called.get("joint", "joint"), name, notes)
+    joint = _known_joint(raw, notes)
     turned = unit(pose.values[:, 3:], "finger orientations", name)
     if suspected_millimetres(pose.time_ns, pose.values[:, :3]):
         notes.append(f"{name}: the finger moves faster than {FAST_M_PER_S:g} m/s: is its position in mm?")
-    keep &= _covered(raw.time_ns, (pose, joint), name, notes)
+    if joint is None and _never_turns(turned):
+        notes.append(
+            f"{name}: the orientation never changes, and there is no joint angle: is it the fingertip's pose?"
+        )
+    keep &= _covered(raw.time_ns, [pose] if joint is None else [pose, joint], name, notes)
     time_ns = raw.time_ns[keep]
     _say_gaps(raw.time_ns, name, notes)
     origin = time_ns[0]
-    at, pose_at, joint_at = (_seconds(t, origin) for t in (time_ns, pose.time_ns, joint.time_ns))
+    at, pose_at = (_seconds(t, origin) for t in (time_ns, pose.time_ns))
     position = np.stack([np.interp(at, pose_at, pose.values[:, axis]) for axis in range(3)], axis=-1)
     orientation = rotation.interpolate(pose_at, turned, at)
-    rolled = np.interp(at, joint_at, joint.values[:, 0])
+    rolled = np.full(len(at), np.nan)
+    if joint is not None:
+        rolled = np.interp(at, _seconds(joint.time_ns, origin), joint.values[:, 0])
     pascal = to_pascal(pressure[keep], raw.unit, raw.area_m2, raw.offset, name)
     recording = TouchRecording(fingertip, time_ns, position, orientation, rolled, pascal, name, tuple(notes))
     return checked_touch(recording)
@@ -110,7 +115,7 @@ def _taxels(raw: RawTouch, notes: list[str]) -> tuple[Fingertip, NDArray[np.floa
     if len(raw.positions_m) == 0 or len(raw.normals) != len(raw.positions_m):
         raise RecordingError(
             f"{raw.name}: there are {len(raw.positions_m)} taxel positions and {len(raw.normals)} normals: "
-            "the recording must give the fingertip's geometry"
+            "the recording must give the fingertip's geometry, or --fingertip"
         )
     pressure = raw.pressure
     if pressure.ndim != 2 or pressure.shape[1] != len(raw.positions_m):
@@ -188,18 +193,30 @@ def _known(
     return _Known(time_ns, values, called)
 
 
+def _known_joint(raw: RawTouch, notes: list[str]) -> _Known | None:
+    """Joint angles; None, and a note, if none was recorded."""
+    if np.isnan(raw.joint_rad).all():
+        notes.append(
+            f"{raw.name}: no joint angle: slip can't be told, and there is no estimate by the chapter"
+        )
+        return None
+    called = raw.called.get("joint", "joint")
+    return _known(raw.joint_time_ns, raw.joint_rad[:, None], called, raw.name, notes)
+
+
+def _never_turns(orientation_xyzw: NDArray[np.float64]) -> bool:
+    return float(np.abs(orientation_xyzw @ orientation_xyzw[0]).min()) > 1 - 1e-9
+
+
 def _covered(
-    time_ns: NDArray[np.int64], known: tuple[_Known, _Known], name: str, notes: list[str]
+    time_ns: NDArray[np.int64], known: list[_Known], name: str, notes: list[str]
 ) -> NDArray[np.bool_]:
     """Samples at which pose and joint are known, or lie between two that are not far apart."""
-    pose, joint = known
-    inside = (time_ns >= max(pose.time_ns[0], joint.time_ns[0])) & (
-        time_ns <= min(pose.time_ns[-1], joint.time_ns[-1])
-    )
+    first, last = max(part.time_ns[0] for part in known), min(part.time_ns[-1] for part in known)
+    inside = (time_ns >= first) & (time_ns <= last)
     if not inside.any():
-        raise RecordingError(
-            f"{name}: no taxel sample lies within the times of both pose and joint: check the clocks"
-        )
+        both = " and ".join(part.called for part in known)
+        raise RecordingError(f"{name}: no taxel sample lies within the times of {both}: check the clocks")
     if not inside.all():
         notes.append(f"{name}: {int((~inside).sum())} samples before or after the poses are left out")
     for part in known:

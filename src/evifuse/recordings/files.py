@@ -1,8 +1,7 @@
 """Scenes and touch recordings by file name: the suffix says the format, the content is checked."""
 
 import os
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from evifuse.errors import RecordingError
@@ -14,7 +13,7 @@ from evifuse.recordings.mcap_scene import RawScene, raw_scene, scene_of
 from evifuse.recordings.mcap_writer import write_mcap
 from evifuse.recordings.npz import raw_npz, write_npz
 from evifuse.recordings.parquet import raw_parquet, write_parquet
-from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.raw import NOTHING_GIVEN, Given, RawTouch, completed
 from evifuse.recordings.recording import Fingertip, Scene, TouchRecording
 from evifuse.recordings.tables import raw_csv, write_csv
 
@@ -24,7 +23,6 @@ __all__ = [
     "read_raw_scene",
     "read_scene",
     "read_touch",
-    "with_fingertip",
     "write_scene",
     "write_touch",
 ]
@@ -37,7 +35,7 @@ TOUCH_SUFFIXES = (".mcap", ".csv", ".npz", ".parquet", ".db3")
 _WRITERS = {".csv": write_csv, ".npz": write_npz, ".parquet": write_parquet}
 
 
-def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
+def read_scene(path: str | os.PathLike[str], *, partial: bool = False, given: Given = NOTHING_GIVEN) -> Scene:
     """Read a scene: an MCAP file or ROS 2 bag, a picture alone, or a touch alone (CSV, NPZ, Parquet).
 
     Parameters
@@ -46,7 +44,10 @@ def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
         The file, or the folder that ``ros2 bag record`` made.
     partial : bool
         Accept what is whole of a file that was cut off or damaged: up to the last whole chunk of an MCAP
-        file, the last whole row of a CSV file. The touch's notes say so.
+        file, the last whole row of a CSV file, the last whole array of an NPZ file. Its notes or those of its
+        touch say so.
+    given : Given
+        What the file leaves open about its touch.
 
     Returns
     -------
@@ -65,11 +66,16 @@ def read_scene(path: str | os.PathLike[str], *, partial: bool = False) -> Scene:
     file = _existing(path)
     if file.suffix.lower() in IMAGE_SUFFIXES:
         return Scene(read_image(file), None, None, file.name)
-    return scene_of(read_raw_scene(file, partial=partial), str(file), partial=partial)
+    return scene_of(read_raw_scene(file, partial=partial, given=given), str(file), partial=partial)
 
 
 def read_touch(
-    path: str | os.PathLike[str], *, partial: bool = False, fingertip: Fingertip | None = None
+    path: str | os.PathLike[str],
+    *,
+    partial: bool = False,
+    fingertip: Fingertip | None = None,
+    topics: Mapping[str, str] | None = None,
+    unit: str | None = None,
 ) -> TouchRecording:
     """Read a touch recording: MCAP, ROS 2 bag, CSV, NPZ or Parquet.
 
@@ -81,6 +87,11 @@ def read_touch(
         Accept what is whole of a file that was cut off or damaged, as `read_scene` does.
     fingertip : Fingertip, optional
         Geometry of the fingertip, instead of the file's own.
+    topics : mapping of str to str, optional
+        Topics of ``pose``, ``pressures`` and ``joint`` in an MCAP file or bag that does not have the
+        documented ones, such as ``{"pose": "/arm/pose"}``.
+    unit : str, optional
+        Unit of the readings, instead of the file's own.
 
     Returns
     -------
@@ -95,41 +106,26 @@ def read_touch(
         If it is a Parquet file and pyarrow is not installed.
     """
     file = _existing(path)
-    raw = read_raw_scene(file, partial=partial, pictures=False)
+    given = Given(fingertip, dict(topics or {}), unit)
+    raw = read_raw_scene(file, partial=partial, pictures=False, given=given)
     if raw.touch is None and (partial or not raw.damage):
         cut = f" ({raw.damage})" if raw.damage else ""
         raise RecordingError(
-            f"{file}: the recording holds no touch (no topic /finger/taxels){cut}: record it too"
+            f"{file}: the recording holds no touch (no topic /finger/taxels){cut}: record it too, or name "
+            f"its topics with --topics; {raw.held}"
         )
-    if fingertip is not None and raw.touch is not None:
-        raw = replace(raw, touch=with_fingertip(raw.touch, fingertip))
     touch = scene_of(raw, str(file), partial=partial).touch
     assert touch is not None
     return touch
 
 
-def with_fingertip(raw: RawTouch, tip: Fingertip) -> RawTouch:
-    """A touch with another geometry of the fingertip.
-
-    Parameters
-    ----------
-    raw : RawTouch
-        As its file has it.
-    tip : Fingertip
-        The geometry.
-
-    Returns
-    -------
-    RawTouch
-        It lacks no fingertip any more.
-    """
-    lacking = {part: line for part, line in raw.lacking.items() if part != "fingertip"}
-    return replace(
-        raw, radius_m=tip.radius_m, positions_m=tip.positions_m, normals=tip.normals, lacking=lacking
-    )
-
-
-def read_raw_scene(path: str | os.PathLike[str], *, partial: bool = True, pictures: bool = True) -> RawScene:
+def read_raw_scene(
+    path: str | os.PathLike[str],
+    *,
+    partial: bool = True,
+    pictures: bool = True,
+    given: Given = NOTHING_GIVEN,
+) -> RawScene:
     """Read what a recording holds without refusing anything of it.
 
     Parameters
@@ -137,9 +133,11 @@ def read_raw_scene(path: str | os.PathLike[str], *, partial: bool = True, pictur
     path : str or path-like
         The file, or the folder that ``ros2 bag record`` made.
     partial : bool
-        Leave out a row of a CSV file that is cut off.
+        Take what is whole of a CSV file or archive that is cut off.
     pictures : bool
         Whether to look at the picture at all.
+    given : Given
+        What the file leaves open about its touch.
 
     Returns
     -------
@@ -156,22 +154,22 @@ def read_raw_scene(path: str | os.PathLike[str], *, partial: bool = True, pictur
     file = _existing(path)
     suffix = file.suffix.lower()
     if file.is_dir():
-        return raw_scene(read_bag(file), file.name, pictures=pictures)
+        return raw_scene(read_bag(file), file.name, pictures=pictures, given=given)
     if suffix in IMAGE_SUFFIXES:
         formats = ", ".join(TOUCH_SUFFIXES)
         raise RecordingError(f"{file}: a picture holds no touch: give a recording ({formats} or a bag)")
     tables: dict[str, Callable[[], RawTouch]] = {
         ".csv": lambda: raw_csv(file, partial=partial),
-        ".npz": lambda: raw_npz(file),
+        ".npz": lambda: raw_npz(file, partial=partial),
         ".parquet": lambda: raw_parquet(file),
     }
     if suffix in tables:
-        touch = tables[suffix]()
+        touch = completed(tables[suffix](), given)
         return RawScene(file.name, touch, damage=touch.damage)
     if suffix == ".db3":
-        return raw_scene(read_sqlite(file), file.name, pictures=pictures)
+        return raw_scene(read_sqlite(file), file.name, pictures=pictures, given=given)
     if suffix == ".mcap" or _is_mcap(file):
-        return raw_scene(read_raw(file), file.name, pictures=pictures)
+        return raw_scene(read_raw(file), file.name, pictures=pictures, given=given)
     raise RecordingError(
         f"{file}: unknown format {suffix or 'without suffix'}: use {', '.join(TOUCH_SUFFIXES)} or a picture"
     )

@@ -123,11 +123,15 @@ def _pose(raw: RawTouch) -> Said:
             )
         )
     elif float(np.abs(whole[:, 3:] @ whole[0, 3:]).min()) > 1 - 1e-9:
-        said.append(("note", "the orientation never changes: the turn must be in the joint angle"))
+        known = not np.isnan(raw.joint_rad).all()
+        where = "the turn must be in the joint angle" if known else "is this the pose of the fingertip?"
+        said.append(("note", f"the orientation never changes: {where}"))
     return said
 
 
 def _joint(raw: RawTouch) -> Said:
+    if np.isnan(raw.joint_rad).all():
+        return [("note", "none: slip can't be told, and there is no estimate by the chapter")]
     said = _clocked(raw, raw.joint_time_ns, raw.joint_rad[:, None])
     whole = raw.joint_rad[np.isfinite(raw.joint_rad)]
     if len(whole):

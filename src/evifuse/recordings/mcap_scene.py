@@ -11,8 +11,9 @@ from evifuse.recordings.door import touch_of
 from evifuse.recordings.mcap_reader import RawRecording, Topic
 from evifuse.recordings.mcap_touch import raw_touch
 from evifuse.recordings.pictures import picture
-from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.raw import NOTHING_GIVEN, Given, RawTouch, completed
 from evifuse.recordings.recording import Camera, Scene
+from evifuse.recordings.topics import holds_touch
 
 __all__ = ["RawScene", "raw_scene", "scene_of"]
 
@@ -48,7 +49,9 @@ class RawScene:
     held: str = ""
 
 
-def raw_scene(raw: RawRecording, name: str, *, pictures: bool = True) -> RawScene:
+def raw_scene(
+    raw: RawRecording, name: str, *, pictures: bool = True, given: Given = NOTHING_GIVEN
+) -> RawScene:
     """Sort the messages of a recording into picture, camera and touch.
 
     The first image is taken, with the camera pose nearest to it in time.
@@ -61,6 +64,8 @@ def raw_scene(raw: RawRecording, name: str, *, pictures: bool = True) -> RawScen
         Name of the file, for messages.
     pictures : bool
         Whether to look at the picture at all.
+    given : Given
+        What the file leaves open about its touch.
 
     Returns
     -------
@@ -76,7 +81,9 @@ def raw_scene(raw: RawRecording, name: str, *, pictures: bool = True) -> RawScen
             image, camera = picture(_seen(raw.topics, name), name)
         except InputError as error:
             trouble = str(error)
-    touch = raw_touch(raw.topics, name, damage) if messages.TAXELS in raw.topics else None
+    touch = None
+    if holds_touch(raw.topics, given.topics):
+        touch = completed(raw_touch(raw.topics, name, damage, given.topics), given)
     return RawScene(name, touch, image, camera, trouble, damage, held)
 
 
@@ -110,7 +117,9 @@ def scene_of(raw: RawScene, where: str, *, partial: bool = False) -> Scene:
     if raw.image is None and raw.touch is None:
         raise RecordingError(f"{where}: no messages on {messages.IMAGE} or {messages.TAXELS}; {raw.held}")
     touch = None if raw.touch is None else touch_of(raw.touch)
-    return Scene(raw.image, raw.camera, touch, raw.name)
+    cut = f"{raw.name}: {raw.damage}; what comes before is read"
+    notes = (cut,) if raw.damage and touch is None else ()  # a touch says so itself
+    return Scene(raw.image, raw.camera, touch, raw.name, notes)
 
 
 def _seen(topics: dict[str, Topic], name: str) -> dict[str, Topic]:

@@ -138,17 +138,19 @@ def _touch_messages(touch: TouchRecording) -> Iterator[tuple[str, int, Any]]:
     normals = [vector(x=x, y=y, z=z) for x, y, z in touch.fingertip.normals.tolist()]
     nothing = np.empty(0)
     values = touch.pressure_pa.astype(np.float32)
+    jointed = touch.has_joint
     for i, time_ns in enumerate(touch.time_ns.tolist()):
         pose = messages.pose_message(time_ns, touch.position_m[i], touch.orientation_xyzw[i])
         yield messages.FINGER_POSE, time_ns, pose
-        joint = types["sensor_msgs/msg/JointState"](
-            header=messages.header(time_ns, "fingertip"),
-            name=[messages.JOINT_NAME],
-            position=touch.joint_angle_rad[i : i + 1],
-            velocity=nothing,
-            effort=nothing,
-        )
-        yield messages.FINGER_JOINT, time_ns, joint
+        if jointed:
+            joint = types["sensor_msgs/msg/JointState"](
+                header=messages.header(time_ns, "fingertip"),
+                name=[messages.JOINT_NAME],
+                position=touch.joint_angle_rad[i : i + 1],
+                velocity=nothing,
+                effort=nothing,
+            )
+            yield messages.FINGER_JOINT, time_ns, joint
         taxels = types[messages.TOPIC_TYPES[messages.TAXELS]](
             header=messages.header(time_ns, "fingertip"),
             radius=touch.fingertip.radius_m,

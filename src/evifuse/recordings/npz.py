@@ -3,7 +3,8 @@
 ``radius_m, positions_m, normals`` describe the fingertip; ``time_ns, position_m, orientation_xyzw,
 joint_angle_rad`` and ``pressure_pa`` are the samples. Instead of ``pressure_pa`` there may be ``pressure``
 with ``pressure_unit`` and, where they are needed, ``taxel_area_m2`` and ``pressure_offset``. Poses or joint
-angles at another rate have times of their own, ``pose_time_ns`` and ``joint_time_ns``.
+angles at another rate have times of their own, ``pose_time_ns`` and ``joint_time_ns``. The joint angle may be
+left out.
 """
 
 import os
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
 from evifuse.recordings.atomic import replacing
+from evifuse.recordings.npz_cut import salvaged
 from evifuse.recordings.raw import RawTouch
 from evifuse.recordings.recording import TouchRecording
 
@@ -28,18 +30,19 @@ _PARTS = {
     "fingertip": _FINGERTIP,
     "time": _SAMPLES[:1],
     "pose": _SAMPLES[1:3],
-    "joint": _SAMPLES[3:],
     "pressure": ("pressure_pa",),
 }
 
 
-def raw_npz(path: str | os.PathLike[str]) -> RawTouch:
+def raw_npz(path: str | os.PathLike[str], *, partial: bool = False) -> RawTouch:
     """Read a touch from a NumPy archive as it is.
 
     Parameters
     ----------
     path : str or path-like
         The file. Pickled objects in it are refused.
+    partial : bool
+        Take what is whole of an archive that is cut off: its arrays as far as they go.
 
     Returns
     -------
@@ -52,13 +55,14 @@ def raw_npz(path: str | os.PathLike[str]) -> RawTouch:
         If the file is not such an archive, or an array is not of numbers.
     """
     name = Path(path).name
-    arrays = _arrays(path)
+    arrays, damage = _arrays(path, partial)
     lacking: dict[str, str] = {}
     for part, keys in _PARTS.items():
         for key in keys:
             if key not in arrays:
                 needed = ", ".join(sum(_PARTS.values(), ()))
-                lacking[part] = f"{path}: array {key!r} is missing: the archive needs {needed}"
+                cut = f" ({damage})" if damage else ""
+                lacking[part] = f"{path}: array {key!r} is missing{cut}: the archive needs {needed}"
                 break
     if "pressure" in arrays and "pressure_unit" in arrays:
         lacking.pop("pressure", None)
@@ -72,7 +76,7 @@ def raw_npz(path: str | os.PathLike[str]) -> RawTouch:
         position = _floats(arrays, "position_m", (len(pose_ns), 3), name)
         pose = np.hstack([position, _floats(arrays, "orientation_xyzw", (len(pose_ns), 4), name)])
     joint_ns, angle = _no_times(), np.zeros(0)
-    if clocked and "joint" not in lacking:
+    if clocked and "joint_angle_rad" in arrays:
         joint_ns = _times(arrays, "joint_time_ns", "time_ns", name)
         angle = _floats(arrays, "joint_angle_rad", (len(joint_ns),), name)
     tip: dict[str, Any] = {}
@@ -94,6 +98,7 @@ def raw_npz(path: str | os.PathLike[str]) -> RawTouch:
         joint_rad=angle,
         called=_called(arrays),
         lacking=lacking,
+        damage=damage,
         **tip,
     )
 
@@ -132,17 +137,38 @@ def _floats(
     return values.astype(np.float64)
 
 
-def _arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+def _arrays(path: str | os.PathLike[str], partial: bool) -> tuple[dict[str, NDArray[Any]], str]:
+    """Arrays of an archive, and what is wrong with it."""
     if Path(path).stat().st_size == 0:
         raise RecordingError(f"{path}: the file is empty: record or copy it again")
     try:
         with Path(path).open("rb") as stream:
             archive = np.load(stream, allow_pickle=False)
-            return {key: archive[key] for key in archive.files}
+            return {key: archive[key] for key in archive.files}, ""
     except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
-        raise RecordingError(
-            f"{path}: this is not a whole .npz archive of plain arrays: write it again"
-        ) from error
+        arrays, cut = salvaged(Path(path).read_bytes()) if partial else ({}, "")
+        if not arrays:
+            raise RecordingError(
+                f"{path}: this is not a whole .npz archive of plain arrays: write it again"
+            ) from error
+        return _evened(arrays, cut), f"the archive is cut off or damaged{f' in {cut!r}' if cut else ''}"
+
+
+def _evened(arrays: dict[str, NDArray[Any]], cut: str) -> dict[str, NDArray[Any]]:
+    """Arrays of samples as long as the one in which the archive was cut off."""
+    pose = (*_SAMPLES[1:3], "pose_time_ns")
+    joint = (*_SAMPLES[3:], "joint_time_ns")
+    clocks: list[tuple[str, ...]] = [("time_ns", "pressure_pa", "pressure")]
+    for keys in (pose, joint):
+        if keys[-1] in arrays:
+            clocks.append(keys)
+        else:
+            clocks[0] += keys
+    for keys in clocks:
+        if cut in keys and cut in arrays:
+            rows = len(arrays[cut])
+            arrays |= {key: arrays[key][:rows] for key in keys if key in arrays and arrays[key].ndim}
+    return arrays
 
 
 def _number(arrays: dict[str, NDArray[Any]], key: str, default: float, name: str) -> float:
@@ -181,7 +207,8 @@ def write_npz(path: str | os.PathLike[str], touch: TouchRecording) -> None:
     RecordingError
         If the file can't be written.
     """
-    arrays = {key: getattr(touch, key) for key in (*_SAMPLES, "pressure_pa")}
-    arrays |= {key: np.asarray(getattr(touch.fingertip, key)) for key in _FINGERTIP}
+    samples = _SAMPLES if touch.has_joint else _SAMPLES[:3]
+    arrays: dict[str, Any] = {key: np.asarray(getattr(touch.fingertip, key)) for key in _FINGERTIP}
+    arrays |= {key: getattr(touch, key) for key in (*samples, "pressure_pa")}  # the largest last: see npz_cut
     with replacing(path) as beside, beside.open("wb") as stream:
         np.savez_compressed(stream, **arrays)

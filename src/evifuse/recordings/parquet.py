@@ -57,7 +57,10 @@ def raw_parquet(path: str | os.PathLike[str]) -> RawTouch:
         times = _times(table, file)
     except (pa.ArrowException, OSError) as error:
         line = (str(error).strip().splitlines() or ["damaged"])[0]
-        raise RecordingError(f"{file}: this is not a whole Parquet file, write it again: {line}") from error
+        raise RecordingError(
+            f"{file}: this is not a whole Parquet file (nothing of one that is cut off can be read, as its "
+            f"directory is at its end), write it again: {line}"
+        ) from error
     known = facts_of(_facts(table.schema.metadata or {}, file), _NEEDED, file)
     numbers = np.stack(columns, axis=1) if columns else np.zeros((len(times), 0))
     return raw_of_columns(file, known, list(table.column_names), times, numbers)
@@ -118,9 +121,10 @@ def write_parquet(path: str | os.PathLike[str], touch: TouchRecording) -> None:
     tip = touch.fingertip
     values = (float(tip.radius_m), tip.positions_m.tolist(), tip.normals.tolist())
     metadata = {key: json.dumps(value) for key, value in zip(FACTS, values, strict=True)}
-    pose = np.column_stack([touch.position_m, touch.orientation_xyzw, touch.joint_angle_rad])
+    kept = len(POSE_COLUMNS) - (0 if touch.has_joint else 1)
+    pose = np.column_stack([touch.position_m, touch.orientation_xyzw, touch.joint_angle_rad])[:, : kept - 1]
     arrays = [touch.time_ns, *pose.T, *touch.pressure_pa.T.astype(np.float32)]
-    names = [*POSE_COLUMNS, *(f"p{i}_pa" for i in range(len(tip.positions_m)))]
+    names = [*POSE_COLUMNS[:kept], *(f"p{i}_pa" for i in range(len(tip.positions_m)))]
     table = pa.table([pa.array(np.ascontiguousarray(a)) for a in arrays], names=names)
     with replacing(path) as beside:
         pa.parquet.write_table(table.replace_schema_metadata(metadata), str(beside), compression="zstd")

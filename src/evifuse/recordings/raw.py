@@ -1,11 +1,36 @@
 """A touch recording as its file has it: units, times and gaps as they are, nothing refused yet."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RawTouch", "nothing"]
+from evifuse.recordings.recording import Fingertip
+
+__all__ = ["NOTHING_GIVEN", "Given", "RawTouch", "completed", "nothing"]
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a recording leaves open, as its owner knows it; it goes before what the file says.
+
+    Parameters
+    ----------
+    fingertip : Fingertip or None
+        Geometry of the fingertip.
+    topics : mapping of str to str
+        Topics of ``pose``, ``pressures`` and ``joint`` in an MCAP file or bag.
+    unit : str or None
+        Unit of the readings.
+    """
+
+    fingertip: Fingertip | None = None
+    topics: Mapping[str, str] = field(default_factory=dict[str, str])
+    unit: str | None = None
+
+
+NOTHING_GIVEN = Given()
 
 
 def nothing(*shape: int) -> NDArray[np.float64]:
@@ -84,3 +109,29 @@ class RawTouch:
     lacking: dict[str, str] = field(default_factory=dict[str, str])
     damage: str = ""
     notes: tuple[str, ...] = ()
+
+
+def completed(raw: RawTouch, given: Given) -> RawTouch:
+    """A touch with what its owner knows about it.
+
+    Parameters
+    ----------
+    raw : RawTouch
+        As its file has it.
+    given : Given
+        What is to take the place of what the file says.
+
+    Returns
+    -------
+    RawTouch
+        With the given unit; with a given fingertip it lacks none any more.
+    """
+    if given.unit is not None:
+        raw = replace(raw, unit=given.unit)
+    tip = given.fingertip
+    if tip is None:
+        return raw
+    lacking = {part: line for part, line in raw.lacking.items() if part != "fingertip"}
+    return replace(
+        raw, radius_m=tip.radius_m, positions_m=tip.positions_m, normals=tip.normals, lacking=lacking
+    )

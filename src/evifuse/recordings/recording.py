@@ -107,9 +107,12 @@ class Scene:
         The rolled finger; None if there is none.
     name : str
         Where the scene comes from (a file name), for messages.
+    notes : tuple of str
+        What was cut off when it was read, one line each; those of the touch are its own.
     """
 
     image: NDArray[np.uint8] | None
     camera: Camera | None
     touch: TouchRecording | None
     name: str = "scene"
+    notes: tuple[str, ...] = ()

@@ -164,12 +164,14 @@ def write_csv(path: str | os.PathLike[str], touch: TouchRecording) -> None:
             strict=True,
         )
     )
-    poses = np.column_stack([touch.position_m, touch.orientation_xyzw, touch.joint_angle_rad]).tolist()
+    kept = len(POSE_COLUMNS) - (0 if touch.has_joint else 1)
+    known = np.column_stack([touch.position_m, touch.orientation_xyzw, touch.joint_angle_rad])
+    poses = known[:, : kept - 1].tolist()
     form = ",".join(["%.9g"] * taxels)
     with replacing(path) as beside, beside.open("w", encoding="utf-8", newline="\n") as stream:
         for key, value in facts.items():
             stream.write(f"# {key}: {json.dumps(value)}\n")
-        names = [*POSE_COLUMNS, *(f"p{i}_pa" for i in range(taxels))]
+        names = [*POSE_COLUMNS[:kept], *(f"p{i}_pa" for i in range(taxels))]
         stream.write(",".join(names) + "\n")
         for time_ns, pose, pressure in zip(touch.time_ns.tolist(), poses, touch.pressure_pa, strict=True):
             stream.write(f"{time_ns},{','.join(map(repr, pose))},{form % tuple(pressure)}\n")

@@ -53,9 +53,15 @@ def to_pascal(
                 f"{name}: taxel values in N need the area of a taxel in m^2: give it, or use Pa"
             )
         return _scaled(values - offset, 1 / area_m2)
+    if not unit:
+        raise RecordingError(
+            f"{name}: the taxel values have no unit: give it with --unit ({', '.join(PRESSURE_UNITS)})"
+        )
     if unit not in PRESSURE_UNITS:
         accepted = ", ".join([*PRESSURE_UNITS, "N with the taxel's area"])
-        raise RecordingError(f"{name}: unknown unit {unit!r} of the taxel values: use one of {accepted}")
+        raise RecordingError(
+            f"{name}: unknown unit {unit!r} of the taxel values: use one of {accepted}, or say it with --unit"
+        )
     return _scaled(values - offset, PRESSURE_UNITS[unit])
 
 
