@@ -29,6 +29,12 @@ NARROWEST_RAD = 0.2
 """Directions of a site that differ by less than this (11 degrees) don't determine two curvatures."""
 SYSTEMATIC = 0.001
 """What averaging doesn't remove: a relative error of the contact's angle, from the spacing of the taxels."""
+MOST_BLOCKS = 60
+"""Pieces that a roll is cut into, at most; they are as long as half the distance between taxels.
+
+Neighbouring samples share the same taxels and hence the same error: half a taxel of travel is about one
+independent measurement.
+"""
 NODES, SHARES = np.polynomial.legendre.leggauss(6)
 SHARPEST = 0.05
 """Smallest 1 + a k of the offset surface that is believed: curvatures beyond -19 / a are cut off there."""
@@ -146,21 +152,17 @@ def measure_roll(
     RollCurvature
         In the tangent plane of the site.
     """
-    radius = recording.fingertip.radius_m
+    from evifuse.touch._kernels_rolls import roll_rates
+
+    radius, known = recording.fingertip.radius_m, recording.has_joint
     frame = np.stack([*tangents(site.normal), site.normal], axis=1)
-    centre = (recording.position_m[roll] - site.centre_m) @ frame
-    heading = _heading(centre[:, :2])
-    turn = np.stack([heading, [-heading[1], heading[0]]], axis=1)
-    centre = np.concatenate([centre[:, :2] @ turn, centre[:, 2:]], axis=1)
-    tilt = _tilt(track.normal[roll] @ frame) @ turn
-    known = recording.has_joint
-    psi = recording.joint_angle_rad[roll] if known else np.zeros(len(roll))
-    rows = np.concatenate([centre, tilt, psi[:, None]], axis=1)
-    rows, weight = _blocks(rows, 0.5 * taxel_pitch_m(recording.fingertip))
-    arc, slope = _arc_length(rows[:, :3], weight)
-    rates, errors = _rates(arc, rows[:, 3:6], weight)
+    rates, errors, cosine, sine, slope = roll_rates(
+        recording.position_m, track.normal, recording.joint_angle_rad, roll, site.centre_m, frame,
+        0.5 * taxel_pitch_m(recording.fingertip), MOST_BLOCKS, NODES, SHARES,
+    )  # fmt: skip
     along, across, psi = rates.tolist()
     along_error, across_error = np.hypot(errors[:2], SYSTEMATIC / radius).tolist()
+    turn = np.array([[cosine, -sine], [sine, cosine]])
     tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
     g = -(turn @ np.array([along, across]))
     contact = tangent + radius * g
@@ -274,75 +276,3 @@ def spread_rad(directions_rad: list[float]) -> float:
     ordered = np.sort(np.array(directions_rad) % np.pi)
     gaps = np.diff(np.concatenate([ordered, ordered[:1] + np.pi]))
     return float(np.pi - gaps.max())
-
-
-def _heading(flat: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit direction (2,) of a path (M, 2): its principal axis, pointing the way it went."""
-    middle = flat - flat.mean(axis=0)
-    heading = np.linalg.eigh(middle.T @ middle)[1][:, 1]
-    return heading if heading @ (flat[-1] - flat[0]) >= 0 else -heading
-
-
-def _tilt(normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angle vectors (M, 2) of normals (M, 3) against the third axis, radians."""
-    sine = np.linalg.norm(normal[:, :2], axis=1)
-    angle = np.arctan2(sine, normal[:, 2])
-    return normal[:, :2] * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]
-
-
-def _blocks(rows: NDArray[np.float64], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Means (B, C) of the rows over equal steps of their first column, with weights (B,) of at most 1.
-
-    Neighbouring samples share the same taxels and hence the same error: half a taxel of travel is about one
-    independent measurement.
-    """
-    first = rows[:, 0]
-    low, extent = float(first.min()), float(np.ptp(first))
-    count = int(np.clip(round(extent / step), 4, 60))
-    label = np.minimum(((first - low) * (count / extent)).astype(np.int64), count - 1)
-    size = np.bincount(label, minlength=count)
-    sums = np.stack([np.bincount(label, column, count) for column in rows.T], axis=1)
-    kept = size > 0
-    return sums[kept] / size[kept, None], np.sqrt(np.minimum(size[kept] / np.median(size[kept]), 1.0))
-
-
-def _arc_length(path: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Arc length (B,) of a path (B, 3), 0 next to the origin, and the path's slope dy/dx there."""
-    x = path[:, 0]
-    scale = float(np.abs(x).max())
-    order = np.arange(min(3, len(x) - 1) + 1)
-    powers = (x / scale)[:, None] ** order * weight[:, None]
-    fitted = np.linalg.lstsq(powers, path[:, 1:] * weight[:, None], rcond=None)[0]
-    steepness = fitted[1:] * (order[1:, None] / scale)  # coefficients of dy/dx and dz/dx
-    start = float(np.clip(0.0, x.min(), x.max()))
-    grid = start + (x - start)[:, None] * (0.5 * (NODES + 1))
-    slopes = (grid[..., None] / scale) ** order[:-1] @ steepness
-    speed = np.sqrt(1 + np.square(slopes).sum(axis=-1))
-    lateral = (start / scale) ** order[:-1] @ steepness[:, 0]
-    return (x - start) * (speed @ (0.5 * SHARES)), float(lateral)
-
-
-def _rates(
-    arc: NDArray[np.float64], values: NDArray[np.float64], weight: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Derivatives (C,) of the values (B, C) at arc 0, and their standard errors.
-
-    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that
-    changes along the roll then doesn't pull the value at the site.
-    """
-    scale = float(np.abs(arc).max())
-    count = len(arc)
-    best = np.full(values.shape[1], np.inf)
-    rate, error = np.zeros((2, values.shape[1]))
-    weighted = values * weight[:, None]
-    for order in range(1, min(3, count - 2) + 1):
-        powers = (arc / scale)[:, None] ** np.arange(order + 1) * weight[:, None]
-        solution = np.linalg.lstsq(powers, weighted, rcond=None)[0]
-        squares = np.square(weighted - powers @ solution).sum(axis=0) + 1e-20 * count
-        score = count * np.log(squares / count) + (order + 1) * np.log(count)
-        spread = np.sqrt(squares / (count - order - 1) * np.linalg.inv(powers.T @ powers)[1, 1])
-        better = score < best - 2
-        best = np.where(better, score, best)
-        rate = np.where(better, solution[1] / scale, rate)
-        error = np.where(better, spread / scale, error)
-    return rate, error

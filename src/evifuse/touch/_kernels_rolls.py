@@ -1,0 +1,211 @@
+"""Inner loops over the samples of a roll, compiled by numba on first use and cached on disk.
+
+Nothing outside `evifuse.touch` calls them. They give what their NumPy twins in the tests give.
+"""
+
+# numba finds the types itself
+# pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUntypedFunctionDecorator=false
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
+
+import numba
+import numpy as np
+
+from evifuse.touch._kernels_health import median
+
+njit = numba.njit(cache=True, nogil=True, error_model="numpy")
+
+
+@njit
+def solve(system, target):
+    """Put the inverse of a positive definite system (n, n) in its place, and solutions in targets (n, m).
+
+    By Gauss-Jordan steps on the diagonal; False if a pivot is not clearly positive.
+    """
+    n, m = target.shape
+    for k in range(n):
+        pivot = system[k, k]
+        if not pivot > 1e-14:
+            return False
+        system[k, k] = 1.0
+        for j in range(n):
+            system[k, j] /= pivot
+        for j in range(m):
+            target[k, j] /= pivot
+        for i in range(n):
+            if i != k:
+                factor = system[i, k]
+                system[i, k] = 0.0
+                for j in range(n):
+                    system[i, j] -= factor * system[k, j]
+                for j in range(m):
+                    target[i, j] -= factor * target[k, j]
+    return True
+
+
+@njit
+def in_frame(position, normal, roll, origin, frame):
+    """Positions and normals (M, 3) of a roll's samples in a frame (3, 3) whose axes are its columns."""
+    count = roll.shape[0]
+    place, facing = np.empty((count, 3)), np.empty((count, 3))
+    for m in range(count):
+        t = roll[m]
+        x, y, z = position[t, 0] - origin[0], position[t, 1] - origin[1], position[t, 2] - origin[2]
+        for k in range(3):
+            place[m, k] = x * frame[0, k] + y * frame[1, k] + z * frame[2, k]
+            facing[m, k] = (
+                normal[t, 0] * frame[0, k] + normal[t, 1] * frame[1, k] + normal[t, 2] * frame[2, k]
+            )
+    return place, facing
+
+
+@njit
+def heading_of(place):
+    """Principal axis of a path (M, 2 or 3) in the plane of its first two columns, the way that it went."""
+    count = place.shape[0]
+    mx = my = 0.0
+    for m in range(count):
+        mx, my = mx + place[m, 0], my + place[m, 1]
+    mx, my = mx / count, my / count
+    xx = xy = yy = 0.0
+    for m in range(count):
+        x, y = place[m, 0] - mx, place[m, 1] - my
+        xx, xy, yy = xx + x * x, xy + x * y, yy + y * y
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    c, s = np.cos(angle), np.sin(angle)
+    if c * (place[-1, 0] - place[0, 0]) + s * (place[-1, 1] - place[0, 1]) < 0:
+        c, s = -c, -s
+    return c, s
+
+
+@njit
+def roll_blocks(place, facing, psi, roll, c, s, step, most):
+    """Means (B, 6) over equal steps along the heading (c, s), and weights (B,) of at most 1.
+
+    Columns: place along, across and up, tilt of the normal along and across, joint angle.
+    """
+    count = roll.shape[0]
+    rows = np.empty((count, 6))
+    low, high = np.inf, -np.inf
+    for m in range(count):
+        x, y = place[m, 0], place[m, 1]
+        rows[m, 0], rows[m, 1], rows[m, 2] = x * c + y * s, y * c - x * s, place[m, 2]
+        sine = np.sqrt(facing[m, 0] ** 2 + facing[m, 1] ** 2)
+        scale = np.arctan2(sine, facing[m, 2]) / sine if sine > 1e-9 else 1.0
+        p, q = facing[m, 0] * scale, facing[m, 1] * scale
+        rows[m, 3], rows[m, 4], rows[m, 5] = p * c + q * s, q * c - p * s, psi[roll[m]]
+        low, high = min(low, rows[m, 0]), max(high, rows[m, 0])
+    extent = max(high - low, 1e-15)
+    pieces = int(min(max(np.rint(extent / step), 4.0), most))
+    sums, size = np.zeros((pieces, 6)), np.zeros(pieces)
+    for m in range(count):
+        label = min(int((rows[m, 0] - low) * (pieces / extent)), pieces - 1)
+        size[label] += 1.0
+        for k in range(6):
+            sums[label, k] += rows[m, k]
+    kept = 0
+    for b in range(pieces):
+        if size[b] > 0:
+            size[kept] = size[b]
+            for k in range(6):
+                sums[kept, k] = sums[b, k] / size[b]
+            kept += 1
+    middle = median(size[:kept].copy(), kept)
+    return sums[:kept], np.sqrt(np.minimum(size[:kept] / middle, 1.0))
+
+
+@njit
+def powers_of(x, scale, order, weight):
+    """Weighted powers (B, order + 1) of x over its scale."""
+    out = np.empty((x.shape[0], order + 1))
+    for b in range(x.shape[0]):
+        value, step = weight[b], x[b] / scale
+        for k in range(order + 1):
+            out[b, k] = value
+            value *= step
+    return out
+
+
+@njit
+def normal_equations(rows, values):
+    """Products rows' rows (n, n) and rows' values (n, m) of rows (B, n) and values (B, m)."""
+    count, n, m = rows.shape[0], rows.shape[1], values.shape[1]
+    system, target = np.zeros((n, n)), np.zeros((n, m))
+    for b in range(count):
+        for i in range(n):
+            for j in range(n):
+                system[i, j] += rows[b, i] * rows[b, j]
+            for k in range(m):
+                target[i, k] += rows[b, i] * values[b, k]
+    return system, target
+
+
+@njit
+def arc_length(path, weight, nodes, shares):
+    """Arc length (B,) of a path (B, 3), 0 next to the origin, and the path's slope dy/dx there."""
+    count = path.shape[0]
+    x = path[:, 0].copy()
+    scale = np.abs(x).max()
+    order = min(3, count - 1)
+    powers = powers_of(x, scale, order, weight)
+    system, fitted = normal_equations(powers, path[:, 1:] * weight.reshape(-1, 1))
+    solve(system, fitted)
+    start = min(max(0.0, x.min()), x.max())
+    arc = np.zeros(count)
+    for b in range(count):
+        for g in range(nodes.shape[0]):
+            at = (start + (x[b] - start) * (0.5 * (nodes[g] + 1))) / scale
+            p = q = 0.0
+            for k in range(order, 0, -1):
+                p, q = p * at + k * fitted[k, 0] / scale, q * at + k * fitted[k, 1] / scale
+            arc[b] += np.sqrt(1 + p * p + q * q) * 0.5 * shares[g]
+        arc[b] *= x[b] - start
+    lateral = 0.0
+    for k in range(order, 0, -1):
+        lateral = lateral * (start / scale) + k * fitted[k, 0] / scale
+    return arc, lateral
+
+
+@njit
+def rates_of(arc, values, weight):
+    """Derivatives (C,) of the values (B, C) at arc 0, and their standard errors.
+
+    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that
+    changes along the roll then doesn't pull the value at the site.
+    """
+    count, columns = values.shape
+    scale = np.abs(arc).max()
+    best = np.full(columns, np.inf)
+    rate, error = np.zeros(columns), np.zeros(columns)
+    weighted = values * weight.reshape(-1, 1)
+    for order in range(1, min(3, count - 2) + 1):
+        powers = powers_of(arc, scale, order, weight)
+        system, solution = normal_equations(powers, weighted)
+        if not solve(system, solution):
+            break
+        for k in range(columns):
+            squares = 1e-20 * count
+            for b in range(count):
+                left = weighted[b, k]
+                for i in range(order + 1):
+                    left -= powers[b, i] * solution[i, k]
+                squares += left * left
+            score = count * np.log(squares / count) + (order + 1) * np.log(count)
+            if score < best[k] - 2:
+                best[k] = score
+                rate[k] = solution[1, k] / scale
+                error[k] = np.sqrt(squares / (count - order - 1) * system[1, 1]) / scale
+    return rate, error
+
+
+@njit
+def roll_rates(position, normal, psi, roll, origin, frame, step, most, nodes, shares):
+    """How fast the normal tilts along and across a roll and the joint turns (3,), and the errors (3,).
+
+    Also the heading (2,) of the roll in the frame, and its slope against that at the origin.
+    """
+    place, facing = in_frame(position, normal, roll, origin, frame)
+    c, s = heading_of(place)
+    rows, weight = roll_blocks(place, facing, psi, roll, c, s, step, most)
+    arc, slope = arc_length(rows[:, :3].copy(), weight, nodes, shares)
+    rate, error = rates_of(arc, rows[:, 3:].copy(), weight)
+    return rate, error, c, s, slope

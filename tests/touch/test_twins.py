@@ -1,0 +1,60 @@
+"""The compiled inner loops give what NumPy gives."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evifuse.touch import _kernels_health as health
+from evifuse.touch import _kernels_rolls as rolls
+from evifuse.touch import contact_track, find_sites
+from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.rolling import tangents
+from tests.touch import twins
+from tests.touch.rolled import ball, cylinder, plane, rolled
+
+SURFACES = [plane(), ball(0.03), cylinder(0.02, 0.4)]
+NOISE = {"pressure_noise_pa": 150.0, "position_noise_m": 5e-5, "angle_noise_rad": 5e-3}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(-5, 5) | st.floats(-1e3, 1e3), min_size=1, max_size=40), st.floats(0, 1))
+def test_medians_and_quantiles_are_numpys(values, share):
+    values = np.array(values, dtype=np.float64)
+    assert health.median(values.copy(), len(values)) == pytest.approx(np.median(values), rel=1e-12, abs=1e-12)
+    found = health.quantile(values.copy(), len(values), share)
+    assert found == pytest.approx(np.quantile(values, share), rel=1e-9, abs=1e-9)
+
+
+def test_statistics_of_taxels_are_numpys():
+    columns = np.round(np.random.default_rng(2).normal(0, 4, (7, 101)))
+    quiet, spread, rise, reach = health.taxel_statistics(columns)
+    away = columns - np.median(columns, axis=1)[:, None]
+    assert np.array_equal(quiet, np.median(columns, axis=1))
+    assert np.array_equal(spread, np.median(np.abs(away), axis=1))
+    assert np.array_equal(rise, away.max(axis=1))
+    assert np.array_equal(reach, np.abs(away).max(axis=1))
+
+
+@pytest.mark.parametrize("noise", [{}, NOISE], ids=["clean", "noisy"])
+@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.name)
+def test_rates_along_a_roll_are_numpys(surface, noise):
+    recording = rolled(surface, turn_rad=0.3437, samples=397, **noise)  # no sample is on a limit of pieces
+    track = contact_track(recording)
+    (site,) = find_sites(recording, track)
+    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
+    step = 0.5 * taxel_pitch_m(recording.fingertip)
+    for roll in site.rolls:
+        given = (
+            recording.position_m,
+            track.normal,
+            recording.joint_angle_rad,
+            roll,
+            site.centre_m,
+            frame,
+            step,
+        )
+        for fast, slow in zip(
+            rolls.roll_rates(*given, 60, twins.NODES, twins.SHARES), twins.roll_rates(*given), strict=True
+        ):
+            assert fast == pytest.approx(slow, rel=1e-9, abs=1e-9)

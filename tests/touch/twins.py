@@ -1,0 +1,88 @@
+"""The compiled inner loops in NumPy, as they read on paper: what the fast ones are held against."""
+
+import numpy as np
+
+NODES, SHARES = np.polynomial.legendre.leggauss(6)
+
+
+def roll_rates(position, normal, psi, roll, origin, frame, step):
+    """Rates and errors of tilt and joint angle along a roll, its heading and slope."""
+    centre = (position[roll] - origin) @ frame
+    heading = _heading(centre[:, :2])
+    turn = np.stack([heading, [-heading[1], heading[0]]], axis=1)
+    centre = np.concatenate([centre[:, :2] @ turn, centre[:, 2:]], axis=1)
+    tilt = _tilt(normal[roll] @ frame) @ turn
+    rows, weight = _blocks(np.concatenate([centre, tilt, psi[roll, None]], axis=1), step)
+    arc, slope = _arc_length(rows[:, :3], weight)
+    rates, errors = _rates(arc, rows[:, 3:6], weight)
+    return rates, errors, *heading, slope
+
+
+def _heading(flat):
+    """Unit direction (2,) of a path (M, 2): its principal axis, pointing the way it went."""
+    middle = flat - flat.mean(axis=0)
+    heading = np.linalg.eigh(middle.T @ middle)[1][:, 1]
+    return heading if heading @ (flat[-1] - flat[0]) >= 0 else -heading
+
+
+def _tilt(normal):
+    """Angle vectors (M, 2) of normals (M, 3) against the third axis, radians."""
+    sine = np.linalg.norm(normal[:, :2], axis=1)
+    angle = np.arctan2(sine, normal[:, 2])
+    return normal[:, :2] * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]
+
+
+def _blocks(rows, step):
+    """Means (B, C) of the rows over equal steps of their first column, with weights (B,) of at most 1.
+
+    Neighbouring samples share the same taxels and hence the same error: half a taxel of travel is about one
+    independent measurement.
+    """
+    first = rows[:, 0]
+    low, extent = float(first.min()), float(np.ptp(first))
+    count = int(np.clip(round(extent / step), 4, 60))
+    label = np.minimum(((first - low) * (count / extent)).astype(np.int64), count - 1)
+    size = np.bincount(label, minlength=count)
+    sums = np.stack([np.bincount(label, column, count) for column in rows.T], axis=1)
+    kept = size > 0
+    return sums[kept] / size[kept, None], np.sqrt(np.minimum(size[kept] / np.median(size[kept]), 1.0))
+
+
+def _arc_length(path, weight):
+    """Arc length (B,) of a path (B, 3), 0 next to the origin, and the path's slope dy/dx there."""
+    x = path[:, 0]
+    scale = float(np.abs(x).max())
+    order = np.arange(min(3, len(x) - 1) + 1)
+    powers = (x / scale)[:, None] ** order * weight[:, None]
+    fitted = np.linalg.lstsq(powers, path[:, 1:] * weight[:, None], rcond=None)[0]
+    steepness = fitted[1:] * (order[1:, None] / scale)  # coefficients of dy/dx and dz/dx
+    start = float(np.clip(0.0, x.min(), x.max()))
+    grid = start + (x - start)[:, None] * (0.5 * (NODES + 1))
+    slopes = (grid[..., None] / scale) ** order[:-1] @ steepness
+    speed = np.sqrt(1 + np.square(slopes).sum(axis=-1))
+    lateral = (start / scale) ** order[:-1] @ steepness[:, 0]
+    return (x - start) * (speed @ (0.5 * SHARES)), float(lateral)
+
+
+def _rates(arc, values, weight):
+    """Derivatives (C,) of the values (B, C) at arc 0, and their standard errors.
+
+    A line, unless a quadratic or a cubic is better by the Bayesian information criterion: curvature that
+    changes along the roll then doesn't pull the value at the site.
+    """
+    scale = float(np.abs(arc).max())
+    count = len(arc)
+    best = np.full(values.shape[1], np.inf)
+    rate, error = np.zeros((2, values.shape[1]))
+    weighted = values * weight[:, None]
+    for order in range(1, min(3, count - 2) + 1):
+        powers = (arc / scale)[:, None] ** np.arange(order + 1) * weight[:, None]
+        solution = np.linalg.lstsq(powers, weighted, rcond=None)[0]
+        squares = np.square(weighted - powers @ solution).sum(axis=0) + 1e-20 * count
+        score = count * np.log(squares / count) + (order + 1) * np.log(count)
+        spread = np.sqrt(squares / (count - order - 1) * np.linalg.inv(powers.T @ powers)[1, 1])
+        better = score < best - 2
+        best = np.where(better, score, best)
+        rate = np.where(better, solution[1] / scale, rate)
+        error = np.where(better, spread / scale, error)
+    return rate, error
