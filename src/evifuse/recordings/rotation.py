@@ -7,7 +7,7 @@ textbook ones (Hamilton product, spherical linear interpolation).
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["about_axis", "interpolate", "multiply", "rotate", "to_matrix", "to_quaternion"]
+__all__ = ["about_axis", "cross", "interpolate", "multiply", "rotate", "to_matrix", "to_quaternion"]
 
 
 def about_axis(axis: ArrayLike, angle_rad: ArrayLike) -> NDArray[np.float64]:
@@ -51,7 +51,7 @@ def multiply(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray
     u, a = first[..., :3], first[..., 3:]
     v, b = second[..., :3], second[..., 3:]
     scalar = a * b - np.sum(u * v, axis=-1, keepdims=True)
-    return np.concatenate([a * v + b * u + np.cross(u, v), scalar], axis=-1)
+    return np.concatenate([a * v + b * u + cross(u, v), scalar], axis=-1)
 
 
 def rotate(quaternion: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -70,8 +70,8 @@ def rotate(quaternion: NDArray[np.float64], vector: NDArray[np.float64]) -> NDAr
         The vectors in the fixed frame.
     """
     u = quaternion[..., :3]
-    twice = 2 * np.cross(u, vector)
-    return vector + quaternion[..., 3:] * twice + np.cross(u, twice)
+    twice = 2 * cross(u, vector)
+    return vector + quaternion[..., 3:] * twice + cross(u, twice)
 
 
 def to_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -87,8 +87,11 @@ def to_matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     ndarray of float64, shape (..., 3, 3)
         The columns are the moving frame's axes in the fixed frame.
     """
-    columns = [rotate(quaternion, np.broadcast_to(axis, (*quaternion.shape[:-1], 3))) for axis in np.eye(3)]
-    return np.stack(columns, axis=-1)
+    x, y, z, w = (quaternion[..., i] for i in range(4))
+    xx, yy, zz = 2 * x * x, 2 * y * y, 2 * z * z
+    xy, yz, zx, wx, wy, wz = 2 * x * y, 2 * y * z, 2 * z * x, 2 * w * x, 2 * w * y, 2 * w * z
+    rows = [1 - yy - zz, xy - wz, zx + wy, xy + wz, 1 - zz - xx, yz - wx, zx - wy, yz + wx, 1 - xx - yy]
+    return np.stack(rows, axis=-1).reshape(*quaternion.shape[:-1], 3, 3)
 
 
 def to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -116,6 +119,23 @@ def to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     quaternion = np.linalg.eigh(products)[1][:, -1]
     return quaternion if quaternion[3] >= 0 else -quaternion
+
+
+def cross(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cross products; for few vectors several times as fast as NumPy's general one.
+
+    Parameters
+    ----------
+    first, second : ndarray of float64, shape (..., 3)
+        Vectors; the leading dimensions broadcast.
+
+    Returns
+    -------
+    ndarray of float64, shape (..., 3)
+        ``first x second``.
+    """
+    (a, b, c), (d, e, f) = ((v[..., 0], v[..., 1], v[..., 2]) for v in (first, second))
+    return np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=-1)
 
 
 def interpolate(

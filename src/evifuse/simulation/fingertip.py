@@ -12,6 +12,8 @@ from evifuse.simulation.surface import Surface
 
 __all__ = ["Skin", "grid_fingertip", "pressures"]
 
+BLOCK = 256
+"""So many samples are worked on at once: their taxels stay in the processor's cache."""
 CAP_RAD = np.deg2rad(40)
 """Angle between the pole of the fingertip and its outermost taxels."""
 
@@ -77,7 +79,7 @@ def grid_fingertip(radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: flo
     x, y, arc = (values[arc <= radius_m * cap_rad * (1 + 1e-9)] for values in (x, y, arc))
     angle = arc / radius_m
     scale = np.sinc(angle / np.pi) / radius_m
-    normals = np.stack([x * scale, y * scale, -np.cos(angle)], axis=-1)
+    normals: NDArray[np.float64] = np.stack([x * scale, y * scale, -np.cos(angle)], axis=-1)
     return Fingertip(radius_m, radius_m * normals, normals)
 
 
@@ -115,23 +117,35 @@ def pressures(
     touching = np.flatnonzero(height < extent)
     if not len(touching):
         return values
-    turned = rotation.to_matrix(orientation_xyzw[touching])
-    down = np.einsum("tji,tj->ti", turned, normals[touching])
-    over_tangent = height[touching, None] + down @ fingertip.positions_m.T
-    aside = np.square(fingertip.positions_m).sum(axis=1) - np.square(over_tangent - height[touching, None])
-    some = nearest[touching[:: len(touching) // 8 + 1]]
-    k1 = max(surface.principal_curvatures(point)[0] for point in some)
-    # a convex surface stays under its tangent plane, a hollow one rises over it; half as much again as a
-    # circle's parabola where it gets steeper
-    close = over_tangent < 0.75 * max(k1, 0.0) * aside + 1e-6
-    sample, taxel = np.nonzero(close)
-    moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
-    points = position_m[touching[sample]] + moved
-    depth = np.maximum(0.0, -surface.distance(points))
-    values[touching[sample], taxel] = skin.stiffness_pa_per_m * depth
+    for begin in range(0, len(touching), BLOCK):
+        rows = touching[begin : begin + BLOCK]
+        k1 = max(surface.principal_curvatures(point)[0] for point in nearest[rows[:: BLOCK // 2 - 1]])
+        turned = rotation.to_matrix(orientation_xyzw[rows])
+        down = np.einsum("tji,tj->ti", turned, normals[rows])
+        sample, taxel = np.nonzero(_close(fingertip.positions_m, height[rows], down, k1))
+        moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
+        depth = np.maximum(0.0, -surface.distance(position_m[rows[sample]] + moved))
+        values[rows[sample], taxel] = skin.stiffness_pa_per_m * depth
     if skin.spread_m > 0:
-        values[touching] = values[touching] @ _spread(fingertip, skin.spread_m)
+        loaded = touching[values[touching].any(axis=1)]
+        values[loaded] = values[loaded] @ _spread(fingertip, skin.spread_m)
     return values
+
+
+def _close(
+    positions_m: NDArray[np.float64], height_m: NDArray[np.float64], down: NDArray[np.float64], k1: float
+) -> NDArray[np.bool_]:
+    """Which taxels (T, N) may be loaded: those that the surface can reach.
+
+    A convex surface stays under its tangent plane, a hollow one rises over it: half as much again as a
+    circle's parabola where it gets steeper.
+    """
+    along = down @ positions_m.T
+    over = along + height_m[:, None]
+    if k1 <= 0:
+        return over < 1e-6
+    aside = np.square(positions_m).sum(axis=1) - np.square(along, out=along)
+    return over < 0.75 * k1 * aside + 1e-6
 
 
 def _spread(fingertip: Fingertip, spread_m: float) -> NDArray[np.float64]:

@@ -101,7 +101,7 @@ def curvature_tensors(surface: Surface, points: Points, normals: Points) -> Vect
     turned = surface.nearest(shifted.reshape(-1, 3))[1].reshape(2, 2, -1, 3)
     change = (turned[0] - turned[1]) / (2 * probe)
     inside = -np.einsum("ami,bmi->mab", change, axes)
-    inside = (inside + inside.transpose(0, 2, 1)) / 2
+    inside: Vector = (inside + inside.transpose(0, 2, 1)) / 2
     return np.einsum("ami,mab,bmj->mij", axes, inside, axes)
 
 
@@ -187,7 +187,7 @@ def _rates(
     turned = rotation.to_matrix(now.orientation_xyzw) @ tangents
     bent = turned @ operators @ turned.transpose(0, 2, 1)
     relative = bent - curvature_tensors(surface, now.point_m, normal)
-    across = np.stack([axis, np.cross(axis, normal)], axis=1)
+    across = np.stack([axis, rotation.cross(axis, normal)], axis=1)
     inside = across @ relative @ across.transpose(0, 2, 1)
     trace = inside[:, 0, 0] + inside[:, 1, 1]
     determinant = inside[:, 0, 0] * inside[:, 1, 1] - inside[:, 0, 1] ** 2
@@ -226,17 +226,17 @@ def _between(start: Vector, end: Vector) -> Vector:
     """Shortest rotations (M, 4) that take unit vectors to others; opposite ones turn about x or y."""
     start, end = np.broadcast_arrays(start, end)
     cosine = np.sum(start * end, axis=1, keepdims=True)
-    quaternion = np.concatenate([np.cross(start, end), 1 + cosine], axis=1)
+    quaternion = np.concatenate([rotation.cross(start, end), 1 + cosine], axis=1)
     aside = np.where(np.abs(start[:, :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    opposite = np.concatenate([np.cross(start, aside), np.zeros_like(cosine)], axis=1)
+    opposite = np.concatenate([rotation.cross(start, aside), np.zeros_like(cosine)], axis=1)
     return unit_rows(np.where(cosine > -1 + 1e-12, quaternion, opposite))
 
 
 def _tangents(normals: Points) -> Vector:
     """Two unit tangents (2, M, 3) of each normal."""
     start = np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    first = unit_rows(np.cross(normals, start))
-    return np.stack([first, np.cross(normals, first)])
+    first = unit_rows(rotation.cross(normals, start))
+    return np.stack([first, rotation.cross(normals, first)])
 
 
 def _stack(a: Contact, b: Contact) -> Contact:

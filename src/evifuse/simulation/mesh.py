@@ -100,9 +100,29 @@ class MeshSurface(Surface):
         from evifuse.simulation._kernels_mesh import nearest_one
 
         foot, normal = np.empty((2, 3))
-        nearest_one(self.grid, self.frames, self.heights, self.smoothing_m, np.array([x, y, z]), foot, normal)
+        nearest_one(
+            self.grid, self.frames, self.heights, self.smoothing_m, np.array([x, y, z]), foot, normal, 1e-9
+        )
         (a, b, c), (u, v, w) = foot.tolist(), normal.tolist()
         return (a, b, c), (u, v, w)
+
+    def distance(self, points: Points) -> NDArray[np.float64]:
+        """Signed distance from the surface, negative inside the material: see `Surface`.
+
+        Parameters
+        ----------
+        points : ndarray of float64, shape (M, 3)
+            Points near the surface, metres.
+
+        Returns
+        -------
+        ndarray of float64, shape (M,)
+            Distances, metres, to within a tenth of a micrometre where the skin is pressed in.
+        """
+        from evifuse.simulation._kernels_mesh import distance_many
+
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        return distance_many(self.grid, self.frames, self.heights, self.smoothing_m, points)
 
     def _above(self, x: float, y: float) -> Points | None:
         """Highest triangle on the vertical line, then the smooth surface beside it."""
