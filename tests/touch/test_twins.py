@@ -58,3 +58,25 @@ def test_rates_along_a_roll_are_numpys(surface, noise):
             rolls.roll_rates(*given, 60, twins.NODES, twins.SHARES), twins.roll_rates(*given), strict=True
         ):
             assert fast == pytest.approx(slow, rel=1e-9, abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(3, 60), st.integers(0, 10**6), st.booleans())
+def test_paths_are_cut_and_placed_as_by_numpy(count, seed, coarse):
+    draw = np.random.default_rng(seed)
+    position, normal = draw.normal(0, 1, (2, 80, 3)).cumsum(axis=1)
+    position = np.round(position) if coarse else position  # standing still, and going back
+    roll = np.sort(draw.permutation(80)[:count])
+    first, second, centre = draw.normal(0, 1, (3, 3))
+    path = rolls.smooth_path(position, roll, first, second, 3)
+    assert path == pytest.approx(twins.moving_mean(position[roll] @ np.stack([first, second], axis=1), 3))
+    start = int(draw.integers(0, count - 2))
+    found, expected = rolls.corner_of(path, start, count), twins.corner_of(path[start:])
+    assert found[1:] == pytest.approx(expected[1:])
+    assert rolls.mean_of(normal, roll) == pytest.approx(normal[roll].mean(axis=0))
+    middle, same = rolls.middle_of(position, roll, 5), twins.middle_of(position, roll, 5)
+    if not coarse:  # there ties depend on rounding
+        assert found[0] == expected[0]
+        assert middle == pytest.approx(same)
+    near = rolls.normal_near(position, normal, roll, centre, 0.2)
+    assert near == pytest.approx(twins.normal_near(position, normal, roll, centre, 0.2))

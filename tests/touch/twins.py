@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from evifuse.touch.rolling import distance_to_segment
+
 NODES, SHARES = np.polynomial.legendre.leggauss(6)
 
 
@@ -86,3 +88,34 @@ def _rates(arc, values, weight):
         rate = np.where(better, solution[1] / scale, rate)
         error = np.where(better, spread / scale, error)
     return rate, error
+
+
+def corner_of(part):
+    """Point where a path (M, 2) leaves its chord most, or turns back, by how much, and its extent."""
+    aside = distance_to_segment(part, part[0], part[-1])
+    chord = part[-1] - part[0]
+    along = (part - part[0]) @ chord / max(np.linalg.norm(chord), 1e-12)
+    behind = np.maximum.accumulate(along) - along
+    back, extent = int(np.argmax(behind)), np.linalg.norm(np.ptp(part, axis=0))
+    if behind[back] > aside.max():
+        return int(np.argmax(along[: back + 1])), behind[back], extent
+    return int(np.argmax(aside)), aside.max(), extent
+
+
+def moving_mean(values, window):
+    """Centred mean over up to 2 window + 1 rows."""
+    return np.array([values[max(i - window, 0) : i + window + 1].mean(axis=0) for i in range(len(values))])
+
+
+def middle_of(position, roll, share):
+    """Middle of a roll along its way."""
+    path = position[roll]
+    along = (path - path[0]) @ (path[-1] - path[0])
+    near = np.argsort(np.abs(along - 0.5 * along[-1]), kind="stable")[: max(1, len(roll) // share)]
+    return path[near].mean(axis=0)
+
+
+def normal_near(position, normal, samples, centre, share):
+    """Sum of the normals of the samples nearest to a place."""
+    apart = np.linalg.norm(position[samples] - centre, axis=1)
+    return normal[samples[apart <= np.quantile(apart, share)]].sum(axis=0)

@@ -10,7 +10,7 @@ Nothing outside `evifuse.touch` calls them. They give what their NumPy twins in 
 import numba
 import numpy as np
 
-from evifuse.touch._kernels_health import median
+from evifuse.touch._kernels_health import median, quantile, select
 
 njit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
@@ -209,3 +209,107 @@ def roll_rates(position, normal, psi, roll, origin, frame, step, most, nodes, sh
     arc, slope = arc_length(rows[:, :3].copy(), weight, nodes, shares)
     rate, error = rates_of(arc, rows[:, 3:].copy(), weight)
     return rate, error, c, s, slope
+
+
+@njit
+def mean_of(values, samples):
+    """Mean (3,) of the rows (T, 3) of some samples."""
+    total = np.zeros(3)
+    for t in samples:
+        total[0] += values[t, 0]
+        total[1] += values[t, 1]
+        total[2] += values[t, 2]
+    return total / samples.shape[0]
+
+
+@njit
+def smooth_path(position, samples, first, second, window):
+    """Way (M, 2) of some samples along two axes, each the mean of up to 2 window + 1 of them."""
+    count = samples.shape[0]
+    total, out = np.zeros((count + 1, 2)), np.empty((count, 2))
+    for m in range(count):
+        x, y, z = position[samples[m]]
+        total[m + 1, 0] = total[m, 0] + x * first[0] + y * first[1] + z * first[2]
+        total[m + 1, 1] = total[m, 1] + x * second[0] + y * second[1] + z * second[2]
+    for m in range(count):
+        low, high = max(m - window, 0), min(m + window + 1, count)
+        out[m, 0] = (total[high, 0] - total[low, 0]) / (high - low)
+        out[m, 1] = (total[high, 1] - total[low, 1]) / (high - low)
+    return out
+
+
+@njit
+def corner_of(path, start, stop):
+    """Point where a part of a path (M, 2) leaves its chord most, or turns back; by how much; its extent."""
+    ax, ay = path[start, 0], path[start, 1]
+    cx, cy = path[stop - 1, 0] - ax, path[stop - 1, 1] - ay
+    squared = cx * cx + cy * cy
+    length = max(np.sqrt(squared), 1e-12)
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    most, furthest = -1.0, 0
+    ahead, turned = -np.inf, 0
+    back, reversal = -1.0, 0
+    for m in range(start, stop):
+        x, y = path[m, 0], path[m, 1]
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+        along = (x - ax) * cx + (y - ay) * cy
+        share = min(max(along / squared, 0.0), 1.0) if squared > 0 else 0.0
+        p, q = x - ax - share * cx, y - ay - share * cy
+        aside = np.sqrt(p * p + q * q)
+        if aside > most:
+            most, furthest = aside, m - start
+        along /= length
+        if along > ahead:
+            ahead, turned = along, m - start
+        if ahead - along > back:
+            back, reversal = ahead - along, turned
+    extent = np.sqrt((high_x - low_x) ** 2 + (high_y - low_y) ** 2)
+    if back > most:
+        return reversal, back, extent
+    return furthest, most, extent
+
+
+@njit
+def middle_of(position, roll, share):
+    """Mean (3,) of the samples nearest to half way along a roll: one of so many, earlier ones first."""
+    count = roll.shape[0]
+    a, b = position[roll[0]], position[roll[-1]]
+    wx, wy, wz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    apart = np.empty(count)
+    for m in range(count):
+        x, y, z = position[roll[m]]
+        apart[m] = (x - a[0]) * wx + (y - a[1]) * wy + (z - a[2]) * wz
+    half = 0.5 * apart[count - 1]
+    for m in range(count):
+        apart[m] = abs(apart[m] - half)
+    wanted = max(1, count // share)
+    limit = select(apart.copy(), count, wanted - 1)
+    below = 0
+    for m in range(count):
+        below += apart[m] < limit
+    ties = wanted - below
+    total = np.zeros(3)
+    for m in range(count):
+        if apart[m] < limit or (apart[m] == limit and ties > 0):
+            ties -= apart[m] == limit
+            x, y, z = position[roll[m]]
+            total[0], total[1], total[2] = total[0] + x, total[1] + y, total[2] + z
+    return total / wanted
+
+
+@njit
+def normal_near(position, normal, samples, centre, share):
+    """Sum (3,) of the normals of those samples that are nearest to a centre: a share of them."""
+    count = samples.shape[0]
+    apart = np.empty(count)
+    for m in range(count):
+        x, y, z = position[samples[m]]
+        apart[m] = np.sqrt((x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2)
+    limit = quantile(apart.copy(), count, share)
+    total = np.zeros(3)
+    for m in range(count):
+        if apart[m] <= limit:
+            x, y, z = normal[samples[m]]
+            total[0], total[1], total[2] = total[0] + x, total[1] + y, total[2] + z
+    return total

@@ -70,15 +70,17 @@ def split_by_direction(path: NDArray[np.float64], shortest: float) -> list[tuple
     list of (int, int)
         First and one-past-last point of each straight piece.
     """
+    from evifuse.touch._kernels_rolls import corner_of
+
     pieces: list[tuple[int, int]] = []
     pending = [(0, len(path))]
     while pending:
         start, stop = pending.pop()
-        part = path[start:stop]
-        extent = float(np.linalg.norm(np.ptp(part, axis=0))) if len(part) > 2 else 0.0
+        if stop - start < 3:
+            continue
+        corner, deviation, extent = corner_of(path, start, stop)
         if extent < shortest:
             continue
-        corner, deviation = _corner(part)
         if deviation > max(BEND * extent, 0.25 * shortest):
             pending += [(start, start + corner + 1), (start + corner, stop)]
         else:
@@ -105,12 +107,14 @@ def rolls_within(
     list of ndarray of int64
         Samples of each roll, without those at which the contact is on the edge of the array.
     """
+    from evifuse.touch._kernels_rolls import mean_of, smooth_path
+
     samples = samples[track.interior[samples]]
     if len(samples) < 3:
         return []
-    normal = track.normal[samples].mean(axis=0)
-    axes = np.stack(tangents(normal / np.linalg.norm(normal)), axis=1)
-    path = _moving_mean(recording.position_m[samples] @ axes, max(1, len(samples) // 100))
+    normal = mean_of(track.normal, samples)
+    first, second = tangents(normal / np.linalg.norm(normal))
+    path = smooth_path(recording.position_m, samples, first, second, max(1, len(samples) // 100))
     shortest = SHORTEST_ROLL * recording.fingertip.radius_m
     return [samples[start:stop] for start, stop in split_by_direction(path, shortest)]
 
@@ -129,10 +133,13 @@ def tangents(normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[
         Unit vectors, world frame; ``first x second = normal``. A surface that faces along x starts from the
         world's y axis instead.
     """
-    start = np.array([1.0, 0.0, 0.0]) if abs(float(normal[0])) < 0.9 else np.array([0.0, 1.0, 0.0])
-    first = start - (start @ normal) * normal
-    first = first / np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    x, y, z = normal.tolist()
+    along_x = abs(x) < 0.9
+    own = x if along_x else y
+    p, q, r = along_x - own * x, (not along_x) - own * y, -own * z
+    length = (p * p + q * q + r * r) ** 0.5
+    p, q, r = p / length, q / length, r / length
+    return np.array([p, q, r]), np.array([y * r - z * q, z * p - x * r, x * q - y * p])
 
 
 def distance_to_segment(
@@ -156,23 +163,3 @@ def distance_to_segment(
     squared = float(chord @ chord)
     share = np.clip((points - start) @ chord / squared, 0.0, 1.0) if squared > 0 else np.zeros(len(points))
     return np.linalg.norm(points - start - share[:, None] * chord, axis=1)
-
-
-def _corner(part: NDArray[np.float64]) -> tuple[int, float]:
-    """Point where a path (M, 2) leaves its chord most, or turns back along it, and by how much."""
-    aside = distance_to_segment(part, part[0], part[-1])
-    chord = part[-1] - part[0]
-    along = (part - part[0]) @ chord / max(float(np.linalg.norm(chord)), 1e-12)
-    behind = np.maximum.accumulate(along) - along
-    furthest_back = int(np.argmax(behind))
-    if behind[furthest_back] > aside.max():
-        return int(np.argmax(along[: furthest_back + 1])), float(behind[furthest_back])
-    return int(np.argmax(aside)), float(aside.max())
-
-
-def _moving_mean(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
-    """Centred mean over up to 2 window + 1 rows."""
-    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    row = np.arange(len(values))
-    low, high = np.maximum(row - window, 0), np.minimum(row + window + 1, len(values))
-    return (total[high] - total[low]) / (high - low)[:, None]

@@ -63,10 +63,14 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
         rolls += found
         if not found:
             still.append(samples)
-    sites = [_site(recording, track, [rolls[i] for i in group]) for group in _groups(recording, rolls)]
+    middles = np.array([_middle(recording, roll) for roll in rolls])
+    sites = [
+        _site(recording, track, [rolls[i] for i in group], middles[group])
+        for group in _groups(recording, rolls, middles)
+    ]
     radius = recording.fingertip.radius_m
     for samples in still:
-        site = _site(recording, track, [samples])
+        site = _site(recording, track, [samples], _middle(recording, samples)[None])
         if all(np.linalg.norm(site.centre_m - other.centre_m) > 0.5 * radius for other in sites):
             sites.append(ContactSite(site.centre_m, site.normal, ()))
     return sorted(sites, key=lambda site: int(site.rolls[0][0]) if site.rolls else len(recording.time_ns))
@@ -79,10 +83,9 @@ def _bridged(recording: TouchRecording, intervals: list[tuple[int, int]]) -> lis
     for start, stop in intervals:
         if joined:
             before = joined[-1][1] - 1
-            way = recording.position_m[before : start + 1]
             brief = recording.time_ns[start] - recording.time_ns[before] < LONGEST_BRIDGE_NS
-            whole = not np.any((after_gaps >= before) & (after_gaps < start))
-            if brief and whole:
+            if brief and not np.any((after_gaps >= before) & (after_gaps < start)):
+                way = recording.position_m[before : start + 1]
                 aside = distance_to_segment(way, way[0], way[-1])
                 middle = np.sort(aside)[int(0.9 * (len(aside) - 1))]  # a few samples may be noise
                 if middle < BRIDGE * recording.fingertip.radius_m:
@@ -92,19 +95,22 @@ def _bridged(recording: TouchRecording, intervals: list[tuple[int, int]]) -> lis
     return joined
 
 
-def _groups(recording: TouchRecording, rolls: list[NDArray[np.int64]]) -> list[list[int]]:
+def _groups(
+    recording: TouchRecording, rolls: list[NDArray[np.int64]], middles: NDArray[np.float64]
+) -> list[list[int]]:
     """Rolls of the same site.
 
     Rolls through a site have their middles there. Those that are left with one direction, such as rays that
     start at their site, join the rolls that they cross or share an end with.
     """
-    ends = [recording.position_m[roll[[0, -1]]] for roll in rolls]
-    middles = [_middle(recording, roll) for roll in rolls]
-    every = range(len(rolls))
-    apart = np.array(
-        [[np.linalg.norm(middles[i] - middles[j]) / _length(ends, i, j) for j in every] for i in every]
-    )
-    groups = _linked([[float(apart[i, j]) < SAME_MIDDLE for j in every] for i in every])
+    if not rolls:
+        return []
+    ends, every = [recording.position_m[roll[[0, -1]]] for roll in rolls], range(len(rolls))
+    length = np.array([np.linalg.norm(end[1] - end[0]) for end in ends])
+    gap = np.sqrt(np.square(middles[:, None] - middles).sum(axis=2))
+    near = gap / (0.5 * (length[:, None] + length))
+    apart: list[list[float]] = near.tolist()
+    groups = _linked((near < SAME_MIDDLE).tolist())
     label = {roll: number for number, group in enumerate(groups) for roll in group}
     headings = [end[1] - end[0] for end in ends]
     settled = [_is_star([headings[i] for i in groups[label[roll]]]) for roll in every]
@@ -112,7 +118,7 @@ def _groups(recording: TouchRecording, rolls: list[NDArray[np.int64]]) -> list[l
         [
             [
                 label[i] == label[j]
-                or (not (settled[i] and settled[j]) and float(apart[i, j]) < SAME_SITE and _cross(ends, i, j))
+                or (not (settled[i] and settled[j]) and apart[i][j] < SAME_SITE and _cross(ends, i, j))
                 for j in every
             ]
             for i in every
@@ -149,26 +155,25 @@ def _cross(ends: list[NDArray[np.float64]], i: int, j: int) -> bool:
 
 def _middle(recording: TouchRecording, roll: NDArray[np.int64]) -> NDArray[np.float64]:
     """Middle of a roll along its way, however long it stood still at an end."""
-    path = recording.position_m[roll]
-    along = (path - path[0]) @ (path[-1] - path[0])
-    near = np.argsort(np.abs(along - 0.5 * along[-1]), kind="stable")[: max(1, len(roll) // 20)]
-    return path[near].mean(axis=0)
+    from evifuse.touch._kernels_rolls import middle_of
+
+    return middle_of(recording.position_m, roll, 20)
 
 
-def _site(recording: TouchRecording, track: ContactTrack, rolls: list[NDArray[np.int64]]) -> ContactSite:
+def _site(
+    recording: TouchRecording,
+    track: ContactTrack,
+    rolls: list[NDArray[np.int64]],
+    middles: NDArray[np.float64],
+) -> ContactSite:
     """Where the rolls cross: least squares over their lines, their middles where that is undecided."""
-    middles = np.array([_middle(recording, roll) for roll in rolls])
+    from evifuse.touch._kernels_rolls import normal_near
+
     mean = middles.mean(axis=0)
-    system, target = 0.05 * np.eye(3), np.zeros(3)
-    for roll, middle in zip(rolls, middles, strict=True):
-        chord = recording.position_m[roll[-1]] - recording.position_m[roll[0]]
-        chord = chord / max(float(np.linalg.norm(chord)), 1e-12)
-        across = np.eye(3) - np.outer(chord, chord)
-        system += across
-        target += across @ (middle - mean)
-    centre = mean + np.linalg.solve(system, target)
-    samples = np.concatenate(rolls)
-    distance = np.linalg.norm(recording.position_m[samples] - centre, axis=1)
-    near = samples[distance <= np.percentile(distance, 10)]
-    normal = track.normal[near].sum(axis=0)
+    ways = np.array([recording.position_m[roll[-1]] - recording.position_m[roll[0]] for roll in rolls])
+    chords = ways / np.maximum(np.sqrt(np.square(ways).sum(axis=1, keepdims=True)), 1e-12)
+    across = np.eye(3) - chords[:, :, None] * chords[:, None, :]
+    target = np.einsum("rij,rj->i", across, middles - mean)
+    centre = mean + np.linalg.solve(0.05 * np.eye(3) + across.sum(axis=0), target)
+    normal = normal_near(recording.position_m, track.normal, np.concatenate(rolls), centre, 0.1)
     return ContactSite(centre, normal / np.linalg.norm(normal), tuple(rolls))
