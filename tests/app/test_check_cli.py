@@ -84,7 +84,9 @@ def test_several_lacks_are_all_listed(run: Run, rolled: TouchRecording, tmp_path
     assert err.endswith("an estimate would be refused, for the reasons above\n")
     assert err.count("\n") == 1
     assert "samples 10, 20" in texts(out, "time", "refused")[0]
-    assert "'joint_angle_rad' is missing" in texts(out, "joint", "refused")[0]
+    assert texts(out, "joint", "note") == [
+        "none: slip can't be told, and there is no estimate by the chapter"
+    ]
     assert "unknown unit 'counts'" in texts(out, "pressures", "refused")[0]
     assert any("length 1" in text for text in texts(out, "pose", "refused"))
     assert run(bad)[0] == 2
@@ -103,6 +105,27 @@ def test_what_can_not_be_known_is_said(run: Run, rolled: TouchRecording, tmp_pat
     assert code == 0
     assert texts(out, "contact", "note") == ["none: this is evidence of N, no surface"]
     assert any("nothing was pressed" in text for text in texts(out, "pressures", "note"))
+
+
+def test_what_is_hardly_meant_is_said_beside_what_to_do(
+    run: Run, rolled: TouchRecording, tmp_path: Path
+) -> None:
+    tip = rolled.fingertip
+    for part, verdict, says, values in (
+        ("pose", "note", "in mm? metres are needed", {"position_m": rolled.position_m * 1000}),
+        ("pose", "note", "w, x, y, z? give", {"orientation_xyzw": rolled.orientation_xyzw[:, [3, 0, 1, 2]]}),
+        ("joint", "note", "in degrees?", {"joint_angle_rad": np.rad2deg(rolled.joint_angle_rad)}),
+        ("fingertip", "refused", "positions in mm?", {"positions_m": tip.positions_m * 1000}),
+        ("fingertip", "refused", "in (0, 1) m, not 10", {"radius_m": tip.radius_m * 1000}),
+        ("pressures", "note", "is the unit right?", {"pressure_pa": rolled.pressure_pa / 1000}),
+        ("time", "refused", "is it in us: multiply by 1000?", {"time_ns": rolled.time_ns // 1000}),
+        ("pressures", "refused", "have no unit", {"pressure_pa": None, "pressure": rolled.pressure_pa}),
+    ):
+        code, out, _ = run(stored(rolled, tmp_path / "odd.npz", **values), "--json")
+        assert code == (0 if verdict == "note" else 2)
+        assert any(says in text for text in texts(out, part, verdict))
+        said = {f["part"] for f in json.loads(out)["findings"] if f["verdict"] != "fine"}
+        assert part in said <= {part, "contact", "file"}
 
 
 def test_rates_gaps_and_defective_taxels_are_notes(run: Run, rolled: TouchRecording, tmp_path: Path) -> None:

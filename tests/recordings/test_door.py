@@ -153,11 +153,21 @@ def test_inspection_lists_every_wrong_time():
     assert texts == ["3 samples repeat a time and 0 go back: samples 10, 40, 77"]
 
 
+TIMES = ("time_ns", "pose_time_ns", "joint_time_ns")
 CHANGES = {
     "unknown unit 'psi'": ("pressures", lambda r: replace(r, unit="psi")),
     "taxel values in N need the area": ("pressures", lambda r: replace(r, unit="N")),
     "quaternions must have length 1": ("pose", lambda r: replace(r, pose=r.pose * 1.5)),
     "normals must have length 1": ("fingertip", lambda r: replace(r, normals=r.normals * 2)),
+    "are positions in mm?": ("fingertip", lambda r: replace(r, positions_m=r.positions_m * 1000)),
+    "is it in us: multiply by 1000?": (
+        "time",
+        lambda r: replace(r, **{key: getattr(r, key) // 1000 for key in TIMES}),
+    ),
+    "is it in ms: multiply by 1000000?": (
+        "time",
+        lambda r: replace(r, **{key: getattr(r, key) // 10**6 for key in TIMES}),
+    ),
     "radius must be in": ("fingertip", lambda r: replace(r, radius_m=10.0)),
     "taxel positions must have shape": ("fingertip", lambda r: replace(r, positions_m=np.zeros((0, 3)))),
 }
@@ -168,8 +178,8 @@ def test_what_inspection_refuses_an_estimate_refuses_too(says: str):
     part, change = CHANGES[says]
     raw = change(made_raw())
     found = [f for f in inspect_touch(raw) if f.verdict == "refused"]
-    assert [f.part for f in found] == [part]
-    assert says in found[0].text
+    assert {f.part for f in found} == {part}
+    assert any(says in f.text for f in found)
     with pytest.raises(RecordingError):
         touch_of(raw)
 
@@ -177,7 +187,6 @@ def test_what_inspection_refuses_an_estimate_refuses_too(says: str):
 NOTES = {
     "is the position in mm?": lambda r: replace(r, pose=r.pose * [1000, 1000, 1000, 1, 1, 1, 1]),
     "is it in degrees?": lambda r: replace(r, joint_rad=np.rad2deg(r.joint_rad)),
-    "are positions in mm?": lambda r: replace(r, positions_m=r.positions_m * 1000),
     "normals point at the fingertip's origin": lambda r: replace(r, normals=-r.normals),
     "is the unit right?": lambda r: replace(r, unit="MPa"),
     "reading at no load as offset": lambda r: replace(r, pressure=r.pressure + 5e4),
@@ -200,6 +209,12 @@ def test_millimetres_are_suspected_by_speed_alone():
     assert suspected_millimetres(raw.pose_time_ns, raw.pose[:, :3] * 1000)
     touch = touch_of(replace(raw, pose=raw.pose * [1000, 1000, 1000, 1, 1, 1, 1]))
     assert "is its position in mm?" in touch.notes[0]
+
+
+def test_degrees_are_left_out_and_said():
+    touch = touch_of(replace(made_raw(), joint_rad=np.rad2deg(made_raw().joint_rad)))
+    assert not touch.has_joint
+    assert touch.notes[0] == "made: the joint turns through 34 rad: in degrees? it is left out; give radians"
 
 
 # Formats

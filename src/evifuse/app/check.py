@@ -17,11 +17,13 @@ from evifuse.recordings.inspection import Finding, inspect_touch
 from evifuse.recordings.mcap_scene import RawScene
 from evifuse.recordings.raw import NOTHING_GIVEN, Given
 from evifuse.recordings.recording import TouchRecording
+from evifuse.recordings.suspicions import suspicions
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.touch.health import health
 
 __all__ = ["findings_of", "run_check"]
 
+_PARTS = ("file", "time", "pose", "joint", "pressures", "fingertip", "contact")
 _MARKS = {"fine": "fine", "note": "[yellow]note[/]", "refused": "[red]refused[/]"}
 
 
@@ -101,8 +103,17 @@ def findings_of(path: str, given: Given = NOTHING_GIVEN) -> list[Finding]:
         if all(f.verdict != "refused" for f in found):
             found.append(Finding("file", "refused", _one_line(error)))
     else:
+        found += _suspected(recording, found)
         found += _felt(recording)
-    return [*found, *_picture(raw)]
+    return [*sorted(found, key=lambda f: _PARTS.index(f.part)), *_picture(raw)]
+
+
+def _suspected(recording: TouchRecording, found: list[Finding]) -> list[Finding]:
+    """What may not be meant as it is said, where that was not said yet."""
+    doubted = {
+        f.part for f in found if f.verdict == "note" and f.text.endswith(("needed", "right?", "offset"))
+    }
+    return [Finding(part, "note", text) for part, text in suspicions(recording) if part not in doubted]
 
 
 def _felt(recording: TouchRecording) -> list[Finding]:

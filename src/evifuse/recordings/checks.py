@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 from evifuse.errors import RecordingError
 from evifuse.recordings.recording import Fingertip, TouchRecording
 
-__all__ = ["checked_touch", "finite", "unit"]
+__all__ = ["LARGEST_TIP_M", "checked_touch", "finite", "unit"]
+
+
+LARGEST_TIP_M = 0.3
+"""No fingertip is larger."""
 
 
 def checked_touch(recording: TouchRecording) -> TouchRecording:
@@ -82,6 +86,9 @@ def _checked_fingertip(fingertip: Fingertip, name: str) -> Fingertip:
     if len(shape) != 2 or shape[1] != 3 or shape[0] == 0:
         raise RecordingError(f"{name}: taxel positions must have shape (N, 3) with N >= 1, not {shape}")
     positions = finite(fingertip.positions_m, "taxel positions", shape, name)
+    extent = float(np.ptp(positions, axis=0).max())
+    if extent > LARGEST_TIP_M:
+        raise RecordingError(f"{name}: the taxels lie {extent:.3g} m apart: give their positions in metres")
     normals = finite(fingertip.normals, "taxel normals", shape, name)
     return Fingertip(radius, positions, unit(normals, "taxel normals", name))
 

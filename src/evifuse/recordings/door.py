@@ -4,7 +4,7 @@ What is wrong in a way that can't be repaired honestly is refused in one line. W
 interpolated without inventing anything is, and a note says so. The rules are our own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,10 @@ from numpy.typing import NDArray
 from evifuse.errors import RecordingError
 from evifuse.recordings import rotation
 from evifuse.recordings.checks import checked_touch, unit
-from evifuse.recordings.clock import (
-    FAST_M_PER_S,
-    LONGEST_GAP_S,
-    gaps,
-    held_to_fresh,
-    rate_hz,
-    suspected_millimetres,
-)
+from evifuse.recordings.clock import LONGEST_GAP_S, gaps, held_to_fresh, rate_hz
 from evifuse.recordings.raw import RawTouch
 from evifuse.recordings.recording import Fingertip, TouchRecording
+from evifuse.recordings.suspicions import suspected_time_unit, suspicions
 from evifuse.recordings.units import to_pascal
 
 __all__ = ["touch_of"]
@@ -65,8 +59,6 @@ def touch_of(raw: RawTouch) -> TouchRecording:
     pose = _known(raw.pose_time_ns, raw.pose, raw.called.get("pose", "pose"), name, notes)
     joint = _known_joint(raw, notes)
     turned = unit(pose.values[:, 3:], "finger orientations", name)
-    if suspected_millimetres(pose.time_ns, pose.values[:, :3]):
-        notes.append(f"{name}: the finger moves faster than {FAST_M_PER_S:g} m/s: is its position in mm?")
     if joint is None and _never_turns(turned):
         notes.append(
             f"{name}: the orientation never changes, and there is no joint angle: is it the fingertip's pose?"
@@ -82,8 +74,10 @@ def touch_of(raw: RawTouch) -> TouchRecording:
     if joint is not None:
         rolled = np.interp(at, _seconds(joint.time_ns, origin), joint.values[:, 0])
     pascal = to_pascal(pressure[keep], raw.unit, raw.area_m2, raw.offset, name)
-    recording = TouchRecording(fingertip, time_ns, position, orientation, rolled, pascal, name, tuple(notes))
-    return checked_touch(recording)
+    recording = TouchRecording(fingertip, time_ns, position, orientation, rolled, pascal, name)
+    recording = checked_touch(recording)
+    notes += [f"{name}: {text}" for _, text in suspicions(recording)]
+    return replace(recording, notes=tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -97,6 +91,9 @@ class _Known:
 
 def _refuse_disorder(time_ns: NDArray[np.int64], called: str, name: str) -> None:
     late = np.flatnonzero(np.diff(time_ns) <= 0)
+    unit = suspected_time_unit(time_ns)
+    if unit:
+        raise RecordingError(f"{name}: {called} is hardly in nanoseconds: is it in {unit}?")
     if not len(late):
         return
     k = int(late[0]) + 1
@@ -198,6 +195,12 @@ def _known_joint(raw: RawTouch, notes: list[str]) -> _Known | None:
     if np.isnan(raw.joint_rad).all():
         notes.append(
             f"{raw.name}: no joint angle: slip can't be told, and there is no estimate by the chapter"
+        )
+        return None
+    turn = float(np.nanmax(raw.joint_rad) - np.nanmin(raw.joint_rad))
+    if np.isfinite(turn) and turn > 2 * np.pi:
+        notes.append(
+            f"{raw.name}: the joint turns through {turn:.0f} rad: in degrees? it is left out; give radians"
         )
         return None
     called = raw.called.get("joint", "joint")

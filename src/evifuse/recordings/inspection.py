@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.errors import RecordingError
+from evifuse.recordings.checks import LARGEST_TIP_M
 from evifuse.recordings.clock import LONGEST_GAP_S, gaps, held_to_fresh, rate_hz, suspected_millimetres
 from evifuse.recordings.raw import RawTouch
+from evifuse.recordings.suspicions import RESTING, STRONGEST_PA, WEAKEST_PA, suspected_time_unit
 from evifuse.recordings.units import to_pascal
 
 __all__ = ["Finding", "inspect_touch"]
@@ -17,10 +19,6 @@ PLENTY = 8
 """So many numbers of samples or taxels are listed."""
 SLOW_HZ = 50.0
 """Fewer samples in a second hardly resolve a roll."""
-LARGEST_TIP_M = 0.3
-"""No fingertip is larger."""
-STRONGEST_PA = 2e7
-"""No fingertip presses so hard."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +82,15 @@ def _time(raw: RawTouch) -> Said:
         back = int((steps < 0).sum())
         text = f"{len(wrong) - back} samples repeat a time and {back} go back: samples {_listed(wrong)}"
         said.append(("refused", text))
+    unit = suspected_time_unit(raw.time_ns)
+    if unit:
+        said.append(("refused", f"hardly in nanoseconds: is it in {unit}?"))
     length = float(raw.time_ns[-1] - raw.time_ns[0]) * 1e-9
     rate = rate_hz(raw.time_ns)
     text = f"{len(raw.time_ns)} samples in {length:.3f} s, {rate:.5g} Hz"
     slow = 0 < rate < SLOW_HZ
     said.append(("note", f"{text}: 100 Hz and more resolve a roll") if slow else ("fine", text))
-    return said if len(wrong) else said + _gaps(raw.time_ns, "rolls end there")
+    return said if len(wrong) or unit else said + _gaps(raw.time_ns, "rolls end there")
 
 
 def _gaps(time_ns: NDArray[np.int64], meaning: str) -> Said:
@@ -138,7 +139,7 @@ def _joint(raw: RawTouch) -> Said:
         turn = float(np.ptp(whole))
         text = f"turns through {turn:.3f} rad"
         if turn > 2 * np.pi:
-            said.append(("note", f"{text}: is it in degrees? radians are needed"))
+            said.append(("note", f"{text}: is it in degrees? it is left out, radians are needed"))
         elif turn == 0:
             said.append(("note", f"{text}: slip can't be told"))
         else:
@@ -196,12 +197,14 @@ def _pressure(raw: RawTouch) -> Said:
     text = f"{raw.unit}, from {low:.4g} to {high:.4g} kPa"
     if high * 1000 > STRONGEST_PA:
         said.append(("note", f"{text}: no fingertip presses so hard; is the unit right?"))
+    elif 0 < high * 1000 < WEAKEST_PA:
+        said.append(("note", f"{text}: so little is hardly felt; is the unit right?"))
     elif high <= 0:
         said.append(("note", f"{text}: nothing was pressed"))
     else:
         said.append(("fine", text))
     rest = float(np.nanmedian(pascal)) / 1000
-    if high > 0 and abs(rest) > 0.05 * max(high, -low):
+    if high > 0 and abs(rest) > RESTING * max(high, -low):
         said.append(
             ("note", f"the middle of all readings is {rest:.3g} kPa: give the reading at no load as offset")
         )
@@ -220,7 +223,7 @@ def _fingertip(raw: RawTouch) -> Said:
     extent = np.ptp(positions, axis=0)
     text = "{} taxels on {:.1f} x {:.1f} x {:.1f} mm".format(len(positions), *(extent * 1000))
     if extent.max() > LARGEST_TIP_M:
-        said.append(("note", f"{text}: are positions in mm? metres are needed"))
+        said.append(("refused", f"{text}: are positions in mm? metres are needed"))
     else:
         said.append(("fine", f"{text}{_pitch(positions)}"))
     length = np.linalg.norm(normals, axis=1)

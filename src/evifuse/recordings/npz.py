@@ -64,8 +64,8 @@ def raw_npz(path: str | os.PathLike[str], *, partial: bool = False) -> RawTouch:
                 cut = f" ({damage})" if damage else ""
                 lacking[part] = f"{path}: array {key!r} is missing{cut}: the archive needs {needed}"
                 break
-    if "pressure" in arrays and "pressure_unit" in arrays:
-        lacking.pop("pressure", None)
+    if "pressure" in arrays:
+        lacking.pop("pressure", None)  # without its unit it is refused later, unless that is given
     time_ns = _times(arrays, "time_ns", "time_ns", name)
     pressure, unit = _pressure(arrays, None if "time" in lacking else len(time_ns), name)
     taxels = len(arrays.get("positions_m", ())) if "pressure" in lacking else pressure.shape[1]
@@ -121,7 +121,8 @@ def _times(arrays: dict[str, NDArray[Any]], key: str, instead: str, name: str) -
     time = arrays[key]
     if time.ndim != 1 or time.dtype.kind not in "iu" or (time.size and int(time.max()) >= 2**63):
         raise RecordingError(
-            f"{name}: {key} must be whole nanoseconds of shape (T,), not {time.dtype} {time.shape}"
+            f"{name}: {key} must be whole nanoseconds of shape (T,), not {time.dtype} {time.shape}: "
+            "multiply seconds by 1e9 and round"
         )
     return time.astype(np.int64)
 
