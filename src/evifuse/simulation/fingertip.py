@@ -79,7 +79,7 @@ def grid_fingertip(radius_m: float = 0.01, pitch_m: float = 0.7e-3, cap_rad: flo
     x, y, arc = (values[arc <= radius_m * cap_rad * (1 + 1e-9)] for values in (x, y, arc))
     angle = arc / radius_m
     scale = np.sinc(angle / np.pi) / radius_m
-    normals: NDArray[np.float64] = np.stack([x * scale, y * scale, -np.cos(angle)], axis=-1)
+    normals = np.stack([x * scale, y * scale, -np.cos(angle)], axis=-1).astype(np.float64)
     return Fingertip(radius_m, radius_m * normals, normals)
 
 
@@ -123,6 +123,8 @@ def pressures(
         turned = rotation.to_matrix(orientation_xyzw[rows])
         down = np.einsum("tji,tj->ti", turned, normals[rows])
         sample, taxel = np.nonzero(_close(fingertip.positions_m, height[rows], down, k1))
+        if not len(sample):
+            continue
         moved = np.einsum("mij,mj->mi", turned[sample], fingertip.positions_m[taxel])
         depth = np.maximum(0.0, -surface.distance(position_m[rows[sample]] + moved))
         values[rows[sample], taxel] = skin.stiffness_pa_per_m * depth
