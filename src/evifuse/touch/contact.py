@@ -20,6 +20,10 @@ SUMMED = 1.2
 """Standard deviation of that average, in pitches."""
 REACHES = (0.85, 1.0, 1.15)
 """Neighbourhoods of a taxel on a lattice grow by leaps, so a few of them are averaged."""
+VALUES = 20_000
+"""Readings that the noise is measured on, about."""
+SOME = 1000
+"""Samples that the highest pressure and the width of the patch are taken from, about."""
 WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
 NARROW_ERROR, WIDE_ERROR = 5e-4, 3.5e-3
@@ -48,6 +52,8 @@ class ContactTrack:
         Pressure above which a taxel counts as active, pascals.
     scale_error : float
         Standard deviation of the relative error of the contact's angle that all samples share.
+    noise_pa : float
+        Standard deviation of the taxels' noise, pascals.
     """
 
     touching: NDArray[np.bool_]
@@ -58,6 +64,7 @@ class ContactTrack:
     peak_pa: NDArray[np.float64]
     threshold_pa: float
     scale_error: float = NARROW_ERROR
+    noise_pa: float = 0.0
 
 
 def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
@@ -77,8 +84,10 @@ def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
     float
         Standard deviation, pascals.
     """
-    sample = pressure_pa[:: max(1, pressure_pa.size // 40_000)]
-    below, middle, above = np.percentile(sample, [40, 50, 60])
+    from evifuse.touch._kernels_health import quantile
+
+    sample = pressure_pa[:: max(1, pressure_pa.size // VALUES)].ravel().astype(np.float64)
+    below, middle, above = (quantile(sample, len(sample), share) for share in (0.4, 0.5, 0.6))
     return float(max(middle - below, above - middle)) / 0.2533
 
 
@@ -107,44 +116,60 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     ContactTrack
         Contact of each of the T samples.
     """
-    from evifuse.touch._kernels_contact import middles, peaks, turned
+    from evifuse.touch._kernels_contact import contacts, peaks, to_unit, turned
 
     tip, pressure = recording.fingertip, np.ascontiguousarray(recording.pressure_pa)
     noise, pitch = noise_pa(pressure), taxel_pitch_m(tip)
-    peak, strongest = peaks(pressure)
-    top = float(np.percentile(peak, 99))
-    noisy = noise > NOISY * top
-    clear, clearest, seen = pressure, peak, strongest
+    top = _highest_pa(pressure)
+    noisy, clear = noise > NOISY * top, pressure
     threshold = max(4 * noise, 0.01 * top, CONTACT_FLOOR_PA / 2)
     if noisy:
         clear = pressure @ neighbourhoods(tip, SUMMED * pitch)
-        clearest, seen = peaks(clear)
-        threshold = max(3 * noise, 0.02 * float(np.percentile(clearest, 99)), CONTACT_FLOOR_PA / 2)
-    touching = clearest > 2 * threshold
+        threshold = max(3 * noise, 0.02 * _highest_pa(clear), CONTACT_FLOOR_PA / 2)
+    peak, strongest, mean = contacts(clear, threshold, normal_weights(tip))
+    length = to_unit(mean)
+    # pressure all around the sphere is a squeeze, not a contact with one surface
+    touching = (peak > 2 * threshold) & (length > 0.5)
     rows = np.flatnonzero(touching)
-    mean = middles(clear, rows, threshold, taxel_areas(tip), tip.normals)
-    length = np.linalg.norm(mean, axis=1, keepdims=True)
-    usable = length[:, 0] > 0.5  # pressure all around the sphere is a squeeze, not a contact with one surface
-    touching[rows[~usable]] = False
-    rows, mean, length = rows[usable], mean[usable], length[usable]
-    spread_rad = np.sqrt(np.maximum(2 * (1 - length[:, 0]), 0.0))
-    patch_rad = float(np.median(spread_rad)) if len(rows) else 0.0
+    middle = length[rows[:: max(1, len(rows) // SOME)]]
+    patch_rad = float(np.sqrt(max(2 * (1 - np.median(middle)), 0.0))) if len(rows) else 0.0
     wide = noisy or patch_rad * tip.radius_m > WIDE * pitch
-    contact = mean / length
-    interior = np.zeros(len(peak), dtype=np.bool_)
+    contact, interior = mean[rows], np.zeros(len(peak), dtype=np.bool_)
     if wide and len(rows):
         contact, interior[rows] = _matched(tip, pressure, rows, contact, patch_rad)
     else:
         reach = max(2 * pitch / tip.radius_m, 2 * patch_rad)
         covered = np.mean([taxel_coverage(tip, reach * share) for share in REACHES], axis=0)
-        interior[rows] = (covered > 0.8)[seen[rows]]
+        interior[rows] = (covered > 0.8)[strongest[rows]]
     direction, normal = np.zeros((2, len(peak), 3))
     direction[rows] = contact
     normal[rows] = -turned(recording.orientation_xyzw, rows, contact)
-    point = recording.position_m - tip.radius_m * normal
     return ContactTrack(
-        touching, interior, direction, normal, point, peak, threshold, WIDE_ERROR if wide else NARROW_ERROR
+        touching=touching,
+        interior=interior,
+        direction=direction,
+        normal=normal,
+        point_m=recording.position_m - tip.radius_m * normal,
+        peak_pa=peaks(pressure) if noisy else peak,
+        threshold_pa=threshold,
+        scale_error=WIDE_ERROR if wide else NARROW_ERROR,
+        noise_pa=noise,
     )
+
+
+def _highest_pa(pressure_pa: NDArray[np.float64]) -> float:
+    """Pressure that hardly any sample exceeds, from some of them: 99 % of the peaks are lower."""
+    from evifuse.touch._kernels_contact import peaks
+
+    some = peaks(np.ascontiguousarray(pressure_pa[:: max(1, len(pressure_pa) // SOME)]))
+    return float(np.percentile(some, 99))
+
+
+@per_fingertip
+def normal_weights(tip: Fingertip) -> NDArray[np.float64]:
+    """Areas of the taxels, and areas times their normals, shape (4, N)."""
+    areas = taxel_areas(tip)
+    return np.ascontiguousarray(np.concatenate([areas[None], areas * tip.normals.T]))
 
 
 @per_fingertip

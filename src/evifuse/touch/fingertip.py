@@ -102,7 +102,6 @@ def _distances_m(fingertip: Fingertip) -> NDArray[np.float64]:
     return np.sqrt(np.maximum(squared[:, None] + squared[None, :] - 2 * positions @ positions.T, 0.0))
 
 
-@per_fingertip
 def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64]:
     """How completely the array surrounds each taxel: 1 in its middle, about a half on its edge.
 
@@ -121,5 +120,11 @@ def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64
     ndarray of float64, shape (N,)
         Number of taxels within reach, as a share of what a taxel in the middle of the array has, in [0, 1].
     """
-    within = (fingertip.normals @ fingertip.normals.T >= np.cos(reach_rad)).sum(axis=1)
+    within = np.count_nonzero(_cosines(fingertip) >= np.cos(reach_rad), axis=1)
     return np.minimum(within / float(np.percentile(within, 75)), 1.0)
+
+
+@per_fingertip
+def _cosines(fingertip: Fingertip) -> NDArray[np.float64]:
+    """Cosine (N, N) of the angle between the normals of any two taxels."""
+    return fingertip.normals @ fingertip.normals.T

@@ -13,8 +13,9 @@ from evifuse.touch.contact import (
     WIDE_ERROR,
     neighbourhoods,
     noise_pa,
+    normal_weights,
 )
-from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
+from evifuse.touch.fingertip import taxel_coverage, taxel_pitch_m
 from evifuse.touch.profile import Profile, pressure_profile
 
 __all__ = ["ContactFinder"]
@@ -39,7 +40,7 @@ class ContactFinder:
     def __init__(self, fingertip: Fingertip) -> None:
         self._tip = fingertip
         self._pitch_m = taxel_pitch_m(fingertip)
-        self._areas = taxel_areas(fingertip)
+        self._weights = normal_weights(fingertip)
         self._sums = neighbourhoods(fingertip, SUMMED * self._pitch_m)
         self._covered = taxel_coverage(fingertip, 2.5 * self._pitch_m / fingertip.radius_m) > 0.8
         pole = fingertip.normals.mean(axis=0)
@@ -76,7 +77,7 @@ class ContactFinder:
         direction : ndarray of float64, shape (3,), or None
             Unit vector to it in the fingertip frame, where the array lies around it.
         """
-        from evifuse.touch._kernels_contact import match, middles
+        from evifuse.touch._kernels_contact import contacts, match
 
         if self._count % EVERY == 0 or self._count < KEPT:
             self._seen[self._next % KEPT] = pressure_pa
@@ -88,15 +89,14 @@ class ContactFinder:
             return False, None
         raw = pressure_pa[None]
         clear = raw @ self._sums if self._noisy else raw
-        strongest = int(clear[0].argmax())
-        peak = float(clear[0, strongest])
+        peak = float(clear[0].max())
         self._top = max(self._top, float(pressure_pa.max()))
         self._top_clear = max(self._top_clear, peak)
         threshold = max((3 if self._noisy else 4) * self._noise, CONTACT_FLOOR_PA / 2)
         threshold = max(threshold, (0.02 if self._noisy else 0.01) * self._top_clear)
         if not peak > 2 * threshold:
             return False, None
-        mean = middles(clear, self._first, threshold, self._areas, self._tip.normals)
+        _, strongest, mean = contacts(clear, threshold, self._weights)
         length = float(np.sqrt(mean[0] @ mean[0]))
         if length <= 0.5:
             return False, None
@@ -107,7 +107,7 @@ class ContactFinder:
             self._spread_rad[kept] = np.sqrt(max(2 * (1 - length), 0.0))
         self._touched += 1
         if not self._wide or self.profile is None:
-            return True, place[0] if self._covered[strongest] else None
+            return True, place[0] if self._covered[strongest[0]] else None
         place, height = match(
             raw, self._first, place, self._tip.positions_m, self._tip.radius_m,
             self.profile.reach_m, self.profile.power, 3,

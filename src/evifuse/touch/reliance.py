@@ -17,7 +17,7 @@ import yaml
 from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
-from evifuse.touch.contact import ContactTrack, noise_pa
+from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import ShapeOperator
 from evifuse.touch.fingertip import taxel_pitch_m
 
@@ -79,7 +79,7 @@ def contact_quality(
     peak = max(float(np.median(track.peak_pa[some])), 1e-12)
     return {
         "coarse": min(taxel_pitch_m(tip) / max(patch, 1e-9), 2.0),
-        "noisy": min(10 * noise_pa(recording.pressure_pa) / peak, 5.0),
+        "noisy": min(10 * track.noise_pa / peak, 5.0),
         "slip": min(10 * abs(slip), 5.0),
     }
 
