@@ -8,8 +8,10 @@ import pytest
 from evifuse.errors import UsageError
 from evifuse.recordings import read_scene
 from evifuse.simulation import CASE_PRIMITIVES, Noise, random_case, random_scenes
-from evifuse.simulation.dataset import write_dataset
+from evifuse.simulation.dataset import simulated_case, write_dataset
+from evifuse.simulation.random_cases import random_body_case
 from evifuse.simulation.truth import site_truth
+from evifuse.touch import sense_curvature
 
 
 def test_every_seven_hold_each_primitive_and_the_truth_agrees():
@@ -54,3 +56,27 @@ def test_a_data_set_goes_on_and_gives_the_same_bytes(tmp_path):
     assert read_scene(first / "00001.mcap").touch is not None
     with pytest.raises(UsageError, match="another data set"):
         write_dataset(first, 3, 8, rate_hz=100)
+
+
+def test_random_bodies_are_touched_where_they_have_what_is_asked_for(tmp_path):
+    assert write_dataset(tmp_path, 2, 3, meshes="random", rate_hz=100) == 2
+    rows = [json.loads(line) for line in (tmp_path / "truth.jsonl").read_text().splitlines()]
+    for number, row in enumerate(rows):
+        assert row["primitive"] == random_case(3, number).primitive
+        assert row["surface"].split()[0] in ("plate", "ball")
+        assert row["sites"][-1]["primitive"] == row["primitive"]
+        assert len(row["sites"]) == (2 if row["primitive"] == "N" else 1)
+    assert write_dataset(tmp_path, 2, 3, meshes="random", rate_hz=100) == 0
+    with pytest.raises(UsageError, match="another data set"):
+        write_dataset(tmp_path, 2, 3, rate_hz=100)
+
+
+def test_an_opening_is_missed_and_the_place_beside_it_is_met():
+    numbers = [n for n in range(7) if random_case(3, n).primitive == "N"]
+    case = random_body_case(3, numbers[0])
+    beside, opening = (site_truth(case.surface, site, 0.01) for site in case.sites)
+    assert (beside.contact, opening.contact, opening.primitive) == (True, False, "N")
+    made = simulated_case(case, None, Noise(), 200)
+    felt = sense_curvature(made.scene.touch)
+    assert [site.contact for site in felt.sites] == [True, False]
+    np.testing.assert_allclose(felt.sites[1].position_m[:2], opening.position_m[:2], atol=2e-3)

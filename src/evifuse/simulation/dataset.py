@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,11 +19,15 @@ from evifuse.recordings.recording import Fingertip
 from evifuse.simulation.cases import Case, random_case
 from evifuse.simulation.mesh import MeshSurface
 from evifuse.simulation.noise import NOISES, Noise
+from evifuse.simulation.random_cases import random_body_case
 from evifuse.simulation.simulate import SimulatedScene, simulate
 
 __all__ = ["random_scenes", "simulated_case", "truth_row", "write_dataset"]
 
 TRUTH = "truth.jsonl"
+
+Bodies = Sequence[MeshSurface] | Literal["random"]
+"""Bodies to touch instead of the catalogue's surfaces; ``"random"`` draws them (`random_body_case`)."""
 
 
 def random_scenes(
@@ -32,7 +36,7 @@ def random_scenes(
     *,
     fingertip: Fingertip | None = None,
     noise: str | Noise | None = None,
-    meshes: Sequence[MeshSurface] = (),
+    meshes: Bodies = (),
     rate_hz: float = 1000.0,
 ) -> Iterator[tuple[Case, SimulatedScene]]:
     """The recordings of a data set, one after the other, without files.
@@ -47,8 +51,8 @@ def random_scenes(
         What touches.
     noise : str or Noise, optional
         Level of the noise; any of `NOISES` by chance without it.
-    meshes : sequence of MeshSurface
-        Bodies to touch instead of the catalogue's surfaces.
+    meshes : sequence of MeshSurface, or "random"
+        Bodies to touch instead of the catalogue's surfaces; with ``"random"`` they are drawn as well.
     rate_hz : float
         Samples per second.
 
@@ -61,9 +65,15 @@ def random_scenes(
     """
     level = noise if isinstance(noise, str) or noise is None else "none"
     for number in range(count):
-        case = random_case(seed, number, fingertip=fingertip, noise=level, meshes=meshes)
+        case = _drawn(seed, number, fingertip, level, meshes)
         own = noise if isinstance(noise, Noise) else NOISES[case.noise]
         yield case, simulated_case(case, fingertip, own, rate_hz)
+
+
+def _drawn(seed: int, number: int, fingertip: Fingertip | None, noise: str | None, meshes: Bodies) -> Case:
+    if meshes == "random":
+        return random_body_case(seed, number, fingertip=fingertip, noise=noise)
+    return random_case(seed, number, fingertip=fingertip, noise=noise, meshes=meshes)
 
 
 def simulated_case(case: Case, fingertip: Fingertip | None, noise: Noise, rate_hz: float) -> SimulatedScene:
@@ -130,7 +140,7 @@ def write_dataset(
     fingertip: Fingertip | None = None,
     fingertip_name: str = "sphere",
     noise: str | None = None,
-    meshes: Sequence[MeshSurface] = (),
+    meshes: Bodies = (),
     rate_hz: float = 1000.0,
     done: Callable[[int, bool], None] = lambda number, kept: None,
 ) -> int:
@@ -148,8 +158,8 @@ def write_dataset(
         How it is called in the truth.
     noise : str, optional
         Name in `NOISES`.
-    meshes : sequence of MeshSurface
-        Bodies to touch instead of the catalogue's surfaces.
+    meshes : sequence of MeshSurface, or "random"
+        Bodies to touch instead of the catalogue's surfaces; with ``"random"`` they are drawn as well.
     rate_hz : float
         Samples per second.
     done : callable
@@ -166,7 +176,7 @@ def write_dataset(
         If the folder holds another data set.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    names = [mesh.label for mesh in meshes]
+    names = meshes if meshes == "random" else [mesh.label for mesh in meshes]
     settings = {
         "seed": seed,
         "fingertip": fingertip_name,
@@ -180,7 +190,7 @@ def write_dataset(
         file = folder / f"{number:05d}.mcap"
         kept = file.name in rows and _whole(file)
         if not kept:
-            case = random_case(seed, number, fingertip=fingertip, noise=noise, meshes=meshes)
+            case = _drawn(seed, number, fingertip, noise, meshes)
             made = simulated_case(case, fingertip, NOISES[case.noise], rate_hz)
             write_scene(file, replace(made.scene, name=file.name))
             rows[file.name] = {

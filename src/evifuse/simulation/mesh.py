@@ -130,7 +130,7 @@ class MeshSurface(Surface):
         sides = np.roll(corners, -1, axis=1)[..., :2] - corners[..., :2]
         beside = np.array([x, y]) - corners[..., :2]
         cross = sides[..., 0] * beside[..., 1] - sides[..., 1] * beside[..., 0]
-        hit = np.all(cross > 0, axis=1)
+        hit = np.all(cross >= 0, axis=1) & (cross.sum(axis=1) > 0)  # over an edge, either side
         if not hit.any():
             return None
         share = np.roll(cross[hit], -1, axis=1)

@@ -1,8 +1,9 @@
 """Places of a surface that a fingertip can reach and roll over, found by chance and checked."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
@@ -31,6 +32,8 @@ def auto_sites(
     fingertip: Fingertip | None = None,
     primitive: str | None = None,
     procedure: Procedure | None = None,
+    within: Callable[[Points], NDArray[np.bool_]] | None = None,
+    doubtful: bool = False,
 ) -> Sites:
     """Choose sites where the finger fits, rolls freely, and the curvature stays about the same.
 
@@ -48,6 +51,11 @@ def auto_sites(
         Only places of this primitive (see `primitive_of`).
     procedure : Procedure, optional
         How the finger is to roll.
+    within : callable, optional
+        Says of points (M, 3), metres, which may be sites.
+    doubtful : bool
+        Also places with a curvature within 0.6 to 1.6 times the threshold between flat and curved, which
+        nobody can name for sure.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def auto_sites(
     finger = Finger.of(tip, Skin().depth_m(procedure.press_n))
     found: list[Points] = []
     generator = np.random.default_rng(np.random.SeedSequence([seed, 6]))
-    for point in _candidates(surface, tip.radius_m, primitive, generator):
+    for point in _candidates(surface, tip.radius_m, primitive, generator, within, doubtful):
         if any(np.linalg.norm(point - other) < 2 * tip.radius_m for other in found):
             continue
         if _rolls_freely(surface, finger, point, procedure):
@@ -80,15 +88,23 @@ def auto_sites(
 
 
 def _candidates(
-    surface: Surface, radius_m: float, primitive: str | None, generator: np.random.Generator
+    surface: Surface,
+    radius_m: float,
+    primitive: str | None,
+    generator: np.random.Generator,
+    within: Callable[[Points], NDArray[np.bool_]] | None,
+    doubtful: bool,
 ) -> Iterator[Points]:
     """Places in a random order that are smooth, and open enough for a sphere."""
     for points in np.array_split(_scattered(surface, generator), 10):
-        if len(points):
-            yield from _good(surface, radius_m, primitive, points)
+        some = points if within is None or not len(points) else points[within(points)]
+        if len(some):
+            yield from _good(surface, radius_m, primitive, some, doubtful)
 
 
-def _good(surface: Surface, radius_m: float, primitive: str | None, points: Points) -> Iterator[Points]:
+def _good(
+    surface: Surface, radius_m: float, primitive: str | None, points: Points, doubtful: bool
+) -> Iterator[Points]:
     points, normals = surface.nearest(points)
     fine = np.isfinite(normals).all(axis=1)
     points, normals = points[fine], normals[fine]
@@ -114,7 +130,7 @@ def _good(surface: Surface, radius_m: float, primitive: str | None, points: Poin
         if k1 > 0.75 / radius_m or k2 < -1 / radius_m:
             continue
         # too near to the threshold nobody can say what it is
-        clear = all(not 0.6 * flat < abs(k) < 1.6 * flat for k in (k1, k2))
+        clear = doubtful or all(not 0.6 * flat < abs(k) < 1.6 * flat for k in (k1, k2))
         if clear and (primitive is None or primitive_of(k1, k2, radius_m) == primitive):
             yield point
 

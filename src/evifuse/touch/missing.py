@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.recordings import rotation
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.curvature import ShapeOperator
 from evifuse.touch.rolling import contact_intervals, tangents
@@ -17,7 +18,13 @@ CLEARLY_BELOW = 0.2
 REACH = 10.0
 """How far from a touched site its surface is expected to go on, in radii of the fingertip."""
 UNREFERENCED_BELIEF = 0.8
-"""Belief in no contact when nothing was touched at all: there was no surface to measure the depth from."""
+"""Belief in no contact where no surface is known well enough to measure the depth from, at most."""
+DWELL_NS, DWELL_BLOCK_NS = 150_000_000, 20_000_000
+"""A finger that was lowered in vain stays so long, as means over the shorter time tell."""
+STILL = 0.05
+"""It stays where it moves by less than this share of its radius in such a time."""
+APPROACH_NS = 1_000_000_000
+"""So long before and after it is looked for how high it was."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,9 @@ def missed_sites(
 
     A lift between rolls stays above the surface. A site was missed where the finger, without contact, stayed
     for 20 ms or more clearly below both the tangent plane and the fitted surface of every touched site within
-    reach.
+    reach. It was missed as well, though that is believed to 0.8 at most, where the finger was lowered, stayed
+    for 150 ms without contact, and was lifted again, if that was clearly below the level, the tangent plane
+    or the fitted surface of some touched site: what touched sites say of a far place may be wrong.
 
     Parameters
     ----------
@@ -95,7 +104,68 @@ def missed_sites(
         deepest = float(depth[samples].max())
         belief = float(1 - np.exp(-deepest / (CLEARLY_BELOW * radius)))
         missed.append(MissedSite(np.median(surface, axis=0), normal, deepest, belief, start))
-    return _merged(missed, radius)
+    missed = _merged(missed, radius)
+    reached = np.max(depths, axis=1, where=np.isfinite(depths), initial=-np.inf)
+    for dip in _lowered_in_vain(recording, touching, sites, reached):
+        if all(np.linalg.norm(dip.position_m - site.position_m) > 2 * radius for site in missed):
+            missed.append(dip)
+    return sorted(missed, key=lambda site: site.first_sample)
+
+
+def _lowered_in_vain(
+    recording: TouchRecording,
+    touching: NDArray[np.bool_],
+    sites: list[ContactSite],
+    reached_m: NDArray[np.float64],
+) -> list[MissedSite]:
+    """Where the finger was lowered, stayed without contact, and was lifted again.
+
+    What was reached is the depth (T,) below the surface that some touched site makes one expect, metres.
+    """
+    radius, time = recording.fingertip.radius_m, recording.time_ns
+    facing = recording.fingertip.normals.mean(axis=0)
+    found: list[MissedSite] = []
+    for start, stop in _dwells(recording, touching):
+        turned = rotation.rotate(recording.orientation_xyzw[start:stop], facing).mean(axis=0)
+        up = -turned / np.linalg.norm(turned)
+        centre = np.median(recording.position_m[start:stop], axis=0)
+        heights = (recording.position_m - centre) @ up
+        drops: list[float] = []
+        for near in (
+            np.flatnonzero((time >= time[start] - APPROACH_NS) & (time < time[start]))[::-1],
+            np.flatnonzero((time > time[stop - 1]) & (time <= time[stop - 1] + APPROACH_NS)),
+        ):
+            met = np.flatnonzero(touching[near])
+            free = near[: met[0]] if len(met) else near
+            drops.append(float(heights[free].max(initial=0.0)))
+        level = max(float((s.centre_m - centre) @ up) for s in sites)
+        depth = max(level, float(np.median(reached_m[start:stop])))
+        if min(drops) > CLEARLY_BELOW * radius and depth > CLEARLY_BELOW * radius:
+            belief = UNREFERENCED_BELIEF * float(
+                1 - np.exp(-min(min(drops), depth) / (CLEARLY_BELOW * radius))
+            )
+            found.append(MissedSite(centre - radius * up, up, depth, belief, start))
+    return _merged(found, radius)
+
+
+def _dwells(recording: TouchRecording, touching: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Stretches without contact in which the finger stayed in its place."""
+    time = recording.time_ns
+    usual = max(float(np.median(np.diff(time))), 1.0) if len(time) > 1 else 1.0
+    size = max(1, round(DWELL_BLOCK_NS / usual))
+    starts = np.arange(0, len(time), size)
+    if len(starts) < 3:
+        return []
+    count = np.diff(np.append(starts, len(time)))
+    mean = np.add.reduceat(recording.position_m, starts, axis=0) / count[:, None]
+    free = np.add.reduceat(touching, starts) == 0
+    still = np.linalg.norm(np.diff(mean, axis=0), axis=1) < STILL * recording.fingertip.radius_m
+    still &= free[1:] & free[:-1]
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
+    stretches = [
+        (int(starts[b]), int(starts[e] + count[e])) for b, e in zip(edges[::2], edges[1::2], strict=True)
+    ]
+    return [(b, e) for b, e in stretches if time[e - 1] - time[b] >= DWELL_NS]
 
 
 def _depth(recording: TouchRecording, site: ContactSite, shape: ShapeOperator | None) -> NDArray[np.float64]:
