@@ -2,20 +2,37 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from evifuse.simulation import simulate
-from evifuse.simulation.simulate import Noise
-from evifuse.touch import Edge, contact_track, find_edge, find_sites, sense_curvature, site_edge
-from evifuse.touch.edges import beside_edges
+from evifuse.simulation import Noise, simulate
+from evifuse.touch import Edge, contact_track, find_edge, find_sites, sense_curvature
+from evifuse.touch.edges import beside_edges, site_edge
+from evifuse.touch.fingertip import spherical_fingertip
+from evifuse.touch.rounding import Rounding, roundings, taxel_angle_rad
 from tests.touch.rolled import ball, cylinder, plane, quadric, rolled
 
 NOISY = {"position_noise_m": 1e-4, "angle_noise_rad": 5e-3, "pressure_noise_pa": 300.0}
+MODEST = Noise(pressure_pa=200.0, position_m=2e-5, angle_rad=2e-3)
+SMALL = spherical_fingertip(0.005, 0.91e-3)
+"""A finger of 5 mm with few taxels."""
 
 
 def edges_of(recording):
     track = contact_track(recording)
-    sites = find_sites(recording, track)
-    return [site_edge([find_edge(recording, track, site, roll) for roll in site.rolls]) for site in sites]
+    return [find_edge(recording, track, site) for site in find_sites(recording, track)]
+
+
+def felt_at(surface, noise=MODEST, fingertip=None, seed=3, **dimensions):
+    """What is felt at the sites of a simulated surface, each the nearest felt site."""
+    scene = simulate(
+        surface, picture=False, rate_hz=250, noise=noise, seed=seed, fingertip=fingertip, **dimensions
+    )
+    felt = sense_curvature(scene.scene.touch)
+    return felt, [
+        min(felt.sites, key=lambda site: float(np.linalg.norm(site.position_m - true.position_m)))
+        for true in scene.truth.sites
+    ]
 
 
 @pytest.mark.parametrize("noise", [{}, NOISY], ids=["clean", "noisy"])
@@ -34,53 +51,136 @@ def test_a_rod_of_half_a_millimetre_is_an_edge_along_its_axis(noise):
     assert found
     for edge in found:
         assert edge.convex
+        assert not edge.corner
         assert edge.turn_rad > 0.25
-        assert edge.width_m < 0.1 * 0.010 * edge.turn_rad
-        across = np.angle(np.exp(2j * (edge.direction_rad - 0.4 - np.pi / 2))) / 2
-        assert abs(across) < 0.5
+        assert edge.radius_m <= 1.5e-3
+        assert 5e-4 <= edge.largest_radius_m < 5e-3
+        assert abs(np.angle(np.exp(2j * (edge.direction_rad - 0.4))) / 2) < 0.2
+
+
+def test_the_radius_of_a_thin_rod_is_measured_on_the_arc_of_the_centre():
+    for radius in (0.0015, 0.0025, 0.004):
+        recording = rolled(cylinder(radius))
+        track = contact_track(recording)
+        (site,) = find_sites(recording, track)
+        best = min(roundings(recording, track, site), key=lambda own: own.error_m)
+        assert abs(best.radius_m - radius) < 2.5 * best.error_m
+        assert best.error_m < 4e-4
 
 
 @pytest.fixture(scope="module", params=["edge", "corner"])
 def felt_edge(request):
-    noise = Noise(pressure_pa=200.0, position_m=2e-5, angle_rad=2e-3)
-    scene = simulate(request.param, picture=False, rate_hz=250, noise=noise, seed=3)
-    return request.param, sense_curvature(scene.scene.touch)
+    return request.param, *felt_at(request.param)
 
 
 def test_a_simulated_edge_is_told_and_not_called_curved(felt_edge):
-    name, felt = felt_edge
-    said = [site for site in felt.sites if site.edge is not None]
-    assert said
-    for site in said:
+    name, felt, sites = felt_edge
+    for site in sites:
+        assert site.edge is not None
         assert site.shape is None
         assert site.evidence.as_dict() == {"frame": 1.0}
+        assert site.edge.radius_m <= 5e-4 + 2e-4
+        assert 4e-4 < site.edge.largest_radius_m < 1.5e-3
+    assert [site.edge.corner for site in sites] == [name == "corner", False]
     curved = sum(mass for focal, mass in felt.evidence.as_dict().items() if focal in ("C-", "E-", "C+", "E+"))
     assert curved < 0.1
     assert felt.classification.decision != "curved"
     article = "a corner" if name == "corner" else "an edge"
-    assert any(f"is {article} (turn " in line and " rad within " in line for line in felt.warnings)
+    assert any(f"is {article} (turn " in line and " rad, radius below " in line for line in felt.warnings)
+
+
+def test_the_direction_of_an_edge_is_that_of_its_ridge(felt_edge):
+    name, _, sites = felt_edge
+    if name == "edge":  # along x
+        for site in sites:
+            assert abs(np.angle(np.exp(2j * site.edge.direction_rad)) / 2) < 0.05
+    else:
+        assert sites[0].edge.direction_rad is None
 
 
 def test_an_edge_is_written_with_its_numbers(felt_edge):
-    _, felt = felt_edge
+    _, felt, _ = felt_edge
     written = felt.to_json()["sites"]
     assert [site["edge"] for site in written] == [s.edge and asdict(s.edge) for s in felt.sites]
     assert all(site["k1_per_m"] is None for site in written if site["edge"])
 
 
-def test_rolls_that_turn_in_different_directions_meet_a_corner():
-    one, other = Edge(0.6, 1e-4, True, 0.1), Edge(0.4, 1e-4, True, 1.2)
-    assert str(site_edge([one, None])) == "an edge (turn 0.6 rad within 0.1 mm)"
-    assert str(site_edge([one, other])) == "a corner (turn 0.6 rad within 0.1 mm)"
-    assert site_edge([None, None]) is None
-    across_the_seam = Edge(0.4, 1e-4, True, np.pi - 0.1)
-    assert site_edge([Edge(0.6, 1e-4, True, 0.05), across_the_seam]).corner is False
-    assert str(Edge(0.5, 2e-4, False, 0.0)) == "an inner edge (turn 0.5 rad within 0.2 mm)"
+@pytest.mark.parametrize(
+    ("surface", "dimensions", "fingertip"),
+    [
+        ("edge", {"radius_m": 1e-4}, None),
+        ("edge", {"radius_m": 1e-3, "opening_rad": 2.0}, None),
+    ],
+    ids=["sharp", "rounded"],
+)
+def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
+    _, sites = felt_at(surface, fingertip=fingertip, **dimensions)
+    for site in sites:
+        assert site.edge is not None
+        assert site.edge.convex
+        assert site.edge.corner == (surface == "sphere")
+        assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
+
+
+@pytest.mark.parametrize(
+    ("surface", "radius_m", "fingertip"),
+    [
+        ("edge", 3e-3, None),
+        ("cylinder", 2e-3, None),
+        ("sphere", 2e-3, None),
+        ("sphere", 1e-3, SMALL),
+    ],
+)
+def test_what_is_rounded_enough_to_be_measured_is_no_edge(surface, radius_m, fingertip):
+    _, sites = felt_at(surface, fingertip=fingertip, radius_m=radius_m)
+    assert [site.edge for site in sites] == [None, None]
+
+
+def rounding(radius_m, error_m=2e-4, across_rad=0.0, turn_rad=0.6, convex=True):
+    return Rounding(radius_m, error_m, turn_rad, across_rad, convex)
+
+
+def test_a_corner_is_where_rolls_turn_in_different_directions():
+    edge = site_edge([rounding(1e-4), rounding(2e-4, 3e-4, 0.3, 0.4)], 0.01)
+    assert str(edge) == "an edge (turn 0.6 rad, radius below 0.5 mm)"
+    assert edge.direction_rad == pytest.approx(np.pi / 2)
+    corner = site_edge([rounding(1e-4), rounding(2e-4, 3e-4, 1.2, 0.8)], 0.01)  # they disagree by 0.1 mm
+    assert str(corner) == "a corner (turn 0.8 rad, radius below 0.9 mm)"
+    assert corner.direction_rad is None
+    across_the_seam = site_edge([rounding(0.0, across_rad=0.05), rounding(0.0, across_rad=np.pi - 0.1)], 0.01)
+    assert not across_the_seam.corner
+    assert str(site_edge([rounding(0.0, convex=False)], 0.01)) == (
+        "an inner edge (turn 0.6 rad, radius below 0.4 mm)"
+    )
+    assert site_edge([], 0.01) is None
+
+
+def test_a_roll_that_knows_better_decides():
+    vague = rounding(5e-4, 1e-3)
+    assert site_edge([vague], 0.01) is not None
+    assert site_edge([vague, rounding(2e-3, 2e-4)], 0.01) is None
+    assert site_edge([vague, rounding(2e-3, 2e-4, 1.2)], 0.01) is not None
+
+
+@given(st.floats(-1e-3, 0.02), st.floats(1e-5, 5e-3), st.floats(1e-3, 0.03))
+def test_an_edge_is_surely_narrow_or_holds_zero(radius_m, error_m, finger_m):
+    edge = site_edge([rounding(radius_m, error_m)], finger_m)
+    sharp, vague = radius_m + 2 * error_m <= 0.125 * finger_m, radius_m - 2 * error_m <= 0
+    if edge is None:
+        assert not sharp
+    else:
+        assert sharp or vague
+        assert edge.largest_radius_m <= 0.5 * finger_m + 2e-3
+        assert 0 <= edge.radius_m < edge.largest_radius_m
 
 
 def test_only_sites_close_to_an_edge_are_beside_it():
     recording = rolled(plane())
     sites = find_sites(recording, contact_track(recording))
-    edge = Edge(0.6, 1e-4, True, 0.1)
+    edge = Edge(0.6, 0.0, 1e-4, True, 0.1)
     assert beside_edges(sites, [None] * len(sites), 0.01) == [False] * len(sites)
     assert beside_edges(sites, [edge] * len(sites), 0.01) == [True] * len(sites)
+
+
+def test_the_angle_between_taxels_is_the_pitch_over_the_radius():
+    assert taxel_angle_rad(spherical_fingertip(0.01, 0.7e-3)) == pytest.approx(0.07, rel=0.15)

@@ -2,7 +2,7 @@
 
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import RollCurvature, ShapeOperator, measure_roll, shape_operator
-from evifuse.touch.edges import Edge, find_edge, site_edge
+from evifuse.touch.edges import Edge, find_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature
 from evifuse.touch.fingersurface import FingerSurface, surface_of
@@ -73,7 +73,6 @@ __all__ = [
     "resolved_belief",
     "sense_curvature",
     "shape_operator",
-    "site_edge",
     "site_evidence",
     "site_shape",
     "smearing_discount",

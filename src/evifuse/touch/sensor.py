@@ -15,7 +15,7 @@ from evifuse.touch.curvature import (
     measure_roll,
     spread_rad,
 )
-from evifuse.touch.edges import Edge, beside_edges, find_edge, site_edge
+from evifuse.touch.edges import Edge, beside_edges, find_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature, OneDirection
 from evifuse.touch.joint import turned_by_joint
@@ -79,7 +79,7 @@ def sense_curvature(
     if model == "resolved":
         rolls = [[along(roll, s) for roll in found] for found, s in zip(rolls, shapes, strict=True)]
     missed = missed_sites(recording, track.touching, touched, shapes)
-    edges = [site_edge([find_edge(recording, track, site, r) for r in site.rolls]) for site in touched]
+    edges = [find_edge(recording, track, site) for site in touched]
     if model == "chapter":
         local = _local_by_the_chapter(recording, track, rolls)
         masses = _masses_by_the_chapter(local, len(touched), gamma)
