@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from evifuse.touch import _kernels_contact as contact
 from evifuse.touch import _kernels_health as health
+from evifuse.touch import _kernels_patch as patch
 from evifuse.touch import _kernels_rolls as rolls
 from evifuse.touch import contact_track, find_sites
 from evifuse.touch.fingertip import taxel_pitch_m
@@ -39,12 +41,18 @@ def test_statistics_of_taxels_are_numpys():
 @pytest.mark.parametrize("noise", [{}, NOISE], ids=["clean", "noisy"])
 @pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.name)
 def test_rates_along_a_roll_are_numpys(surface, noise):
-    recording = rolled(surface, turn_rad=0.3437, samples=397, **noise)  # no sample is on a limit of pieces
+    recording = rolled(surface, turn_rad=0.3437, samples=397, **noise)
     track = contact_track(recording)
     (site,) = find_sites(recording, track)
     frame = np.stack([*tangents(site.normal), site.normal], axis=1)
     step = 0.5 * taxel_pitch_m(recording.fingertip)
+    pole = np.array([0.0, 0.6, -0.8])
     for roll in site.rolls:
+        given = (recording.position_m, track.normal, recording.orientation_xyzw, pole, roll, step, 6, 24)
+        found, size = rolls.roll_pieces(*given), twins.roll_pieces(*given)[1]
+        assert abs(found[1] - size).max() <= 1  # without noise a sample may be just on a limit
+        for fast, slow in zip(found, twins.roll_pieces(*given) if noise else found, strict=True):
+            assert fast == pytest.approx(slow, rel=1e-9, abs=1e-12)
         given = (
             recording.position_m,
             track.normal,
@@ -80,3 +88,32 @@ def test_paths_are_cut_and_placed_as_by_numpy(count, seed, coarse):
         assert middle == pytest.approx(same)
     near = rolls.normal_near(position, normal, roll, centre, 0.2)
     assert near == pytest.approx(twins.normal_near(position, normal, roll, centre, 0.2))
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 13), st.integers(0, 10**6))
+def test_contacts_are_those_of_numpy(taxels, seed):
+    draw = np.random.default_rng(seed)
+    pressure, areas = np.round(draw.normal(0, 300, (9, taxels))), draw.uniform(0.5, 1.5, taxels)
+    normals = draw.normal(0, 1, (taxels, 3))
+    weights = np.ascontiguousarray(np.concatenate([areas[None], areas * normals.T]))
+    found = contact.contacts(pressure, 100.0, weights)
+    for fast, slow in zip(found, twins.contacts(pressure, 100.0, areas, normals), strict=True):
+        assert fast == pytest.approx(slow)
+    assert np.array_equal(contact.peaks(pressure), pressure.max(axis=1))
+
+
+def test_a_step_of_the_patch_is_least_squares():
+    draw = np.random.default_rng(4)
+    design, residual = draw.normal(0, 1, (30, 3, 16)), draw.normal(0, 1, (30, 3))
+    weight, error = draw.uniform(0.2, 1, (30, 2)), np.array([0.3, 2.0])
+    scale, prior, theta = draw.uniform(0.1, 3, (3, 16))
+    change, used = np.zeros(16), np.zeros(2)
+    given = (design, residual, weight, error, scale, prior, theta)
+    covariance, regular = patch.normal_step(*given, change, used)
+    assert regular
+    for fast, slow in zip((covariance, change, used), twins.least_squares(*given), strict=True):
+        assert fast == pytest.approx(slow, rel=1e-9)
+    assert not patch.normal_step(
+        np.zeros_like(design), residual, weight, error, scale, 0 * prior, theta, change, used
+    )[1]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from evifuse.recordings.rotation import rotate
 from evifuse.touch.rolling import distance_to_segment
 
 NODES, SHARES = np.polynomial.legendre.leggauss(6)
@@ -119,3 +120,39 @@ def normal_near(position, normal, samples, centre, share):
     """Sum of the normals of the samples nearest to a place."""
     apart = np.linalg.norm(position[samples] - centre, axis=1)
     return normal[samples[apart <= np.quantile(apart, share)]].sum(axis=0)
+
+
+def roll_pieces(position, normal, quaternions, pole, roll, step, fewest, most):
+    """Means over equal steps of a roll's smoothed way, in order of time, and how many samples each holds."""
+    way = position[roll[-1]] - position[roll[0]]
+    along = position[roll] @ (way / np.linalg.norm(way))
+    smooth = np.maximum.accumulate(moving_mean(along[:, None], max(1, len(along) // 40))[:, 0])
+    extent = smooth[-1] - smooth[0]
+    count = int(np.clip(round(extent / step), fewest, most))
+    piece = np.minimum(((smooth - smooth[0]) * (count / extent)).astype(int), count - 1)
+    rows = np.concatenate([position[roll], normal[roll], rotate(quaternions[roll], pole)], axis=1)
+    kept = [k for k in range(count) if (piece == k).any()]
+    return np.array([rows[piece == k].mean(axis=0) for k in kept]), np.bincount(piece)[kept]
+
+
+def contacts(pressure, threshold, areas, normals):
+    """Peak, its taxel, and the mean normal weighted by area and squared pressure above the threshold."""
+    weight = np.maximum(pressure - threshold, 0.0) ** 2 * areas
+    mean = weight @ normals / np.maximum(weight.sum(axis=1, keepdims=True), 1e-300)
+    peak = pressure.max(axis=1)
+    return (
+        peak,
+        np.where(peak > 2 * threshold, pressure.argmax(axis=1), 0),
+        mean * (peak > 2 * threshold)[:, None],
+    )
+
+
+def least_squares(design, residual, weight, error, scale, prior, theta):
+    """Covariance of scaled parameters, their change, and what heights and normals use of the freedom."""
+    row = np.sqrt(weight) / error
+    a = (design / scale * row[:, [0, 1, 1], None]).reshape(-1, len(theta))
+    b = (residual * row[:, [0, 1, 1]]).ravel()
+    covariance = np.linalg.inv(a.T @ a + np.diag(prior))
+    leverage = ((a @ covariance) * a).sum(axis=1).reshape(-1, 3)
+    change = covariance @ (a.T @ b - prior * scale * theta)
+    return covariance, change, np.array([leverage[:, 0].sum(), leverage[:, 1:].sum()])

@@ -167,11 +167,17 @@ def match(pressure, rows, directions, positions, radius, reach, power, steps):
 
 
 @njit
-def piece_sums(columns, piece, count):
-    """Sums (count, C) of columns (M, C) over the pieces (M,) that rows belong to, and sizes (count,)."""
-    sums, size = np.zeros((count, columns.shape[1])), np.zeros(count)
-    for m in range(columns.shape[0]):
-        size[piece[m]] += 1.0
-        for k in range(columns.shape[1]):
-            sums[piece[m], k] += columns[m, k]
-    return sums, size
+def rings(positions, contact, pressure, count, furthest):
+    """Taxels at equal steps from contacts (M, 3): number, sums of pressures and squared distances."""
+    size, total, squares = np.zeros(count), np.zeros(count), np.zeros(count)
+    for m in range(contact.shape[0]):
+        for j in range(positions.shape[0]):
+            dx, dy = positions[j, 0] - contact[m, 0], positions[j, 1] - contact[m, 1]
+            dz = positions[j, 2] - contact[m, 2]
+            square = dx * dx + dy * dy + dz * dz
+            ring = int(np.sqrt(square) * (count / furthest))
+            if ring < count:
+                size[ring] += 1.0
+                total[ring] += pressure[m, j]
+                squares[ring] += square
+    return size, total, squares

@@ -10,6 +10,8 @@ Nothing outside `evifuse.touch.patch` calls it.
 import numba
 import numpy as np
 
+from evifuse.touch._kernels_rolls import solve
+
 PARAMETERS = 16
 """Height, two slopes, three curvatures, four third and five fourth derivatives, scale of the contact."""
 FLATTEST = 0.05
@@ -146,3 +148,55 @@ def linearise(theta, centre, normal, radius, tilt, foot, design, residual, steps
         design[i, 2, 15] = b * tx + c * ty - ny * tz
         residual[i, 1] -= theta[15] * design[i, 1, 15]
         residual[i, 2] -= theta[15] * design[i, 2, 15]
+
+
+@njit
+def normal_step(design, residual, weight, error, scale, prior, theta, change, used):
+    """One step of weighted least squares: covariance (16, 16) of the scaled parameters, and if there is one.
+
+    The ``change`` (16,) of the scaled parameters, and what the fit has ``used`` (2,) of the freedom of
+    heights and of normals are filled. ``weight`` (B, 2) and ``error`` (2,) are those of heights and normals;
+    ``prior`` (16,) are inverse variances of the scaled parameters.
+    """
+    count = design.shape[0]
+    gram = np.zeros((2, PARAMETERS, PARAMETERS))
+    target = np.empty((PARAMETERS, 1))
+    row = np.empty(PARAMETERS)
+    for k in range(PARAMETERS):
+        target[k, 0] = -prior[k] * scale[k] * theta[k]
+    for i in range(count):
+        for c in range(3):
+            kind = 0 if c == 0 else 1
+            size = np.sqrt(weight[i, kind]) / error[kind]
+            b = residual[i, c] * size
+            for k in range(PARAMETERS):
+                row[k] = design[i, c, k] / scale[k] * size
+                target[k, 0] += row[k] * b
+            for k in range(PARAMETERS):
+                for m in range(k + 1):
+                    gram[kind, k, m] += row[k] * row[m]
+    covariance = np.empty((PARAMETERS, PARAMETERS))
+    for k in range(PARAMETERS):
+        for m in range(k + 1):
+            gram[0, m, k], gram[1, m, k] = gram[0, k, m], gram[1, k, m]
+            covariance[k, m] = covariance[m, k] = gram[0, k, m] + gram[1, k, m]
+        covariance[k, k] += prior[k]
+    regular = solve(covariance, target, 0.0)
+    used[0] = used[1] = 0.0
+    for k in range(PARAMETERS):
+        change[k] = target[k, 0]
+        for m in range(PARAMETERS):
+            used[0] += covariance[k, m] * gram[0, k, m]
+            used[1] += covariance[k, m] * gram[1, k, m]
+    return covariance, regular
+
+
+@njit
+def what_is_left(design, residual, scale, change, left):
+    """Residuals (B, 3) that are ``left`` after a change (16,) of the scaled parameters."""
+    for i in range(design.shape[0]):
+        for c in range(3):
+            value = residual[i, c]
+            for k in range(PARAMETERS):
+                value -= design[i, c, k] / scale[k] * change[k]
+            left[i, c] = value

@@ -16,15 +16,15 @@ njit = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 @njit
-def solve(system, target):
+def solve(system, target, least):
     """Put the inverse of a positive definite system (n, n) in its place, and solutions in targets (n, m).
 
-    By Gauss-Jordan steps on the diagonal; False if a pivot is not clearly positive.
+    By Gauss-Jordan steps on the diagonal; False if a pivot is not larger than the least.
     """
     n, m = target.shape
     for k in range(n):
         pivot = system[k, k]
-        if not pivot > 1e-14:
+        if not pivot > least:
             return False
         system[k, k] = 1.0
         for j in range(n):
@@ -148,7 +148,7 @@ def arc_length(path, weight, nodes, shares):
     order = min(3, count - 1)
     powers = powers_of(x, scale, order, weight)
     system, fitted = normal_equations(powers, path[:, 1:] * weight.reshape(-1, 1))
-    solve(system, fitted)
+    solve(system, fitted, 1e-14)
     start = min(max(0.0, x.min()), x.max())
     arc = np.zeros(count)
     for b in range(count):
@@ -180,7 +180,7 @@ def rates_of(arc, values, weight):
     for order in range(1, min(3, count - 2) + 1):
         powers = powers_of(arc, scale, order, weight)
         system, solution = normal_equations(powers, weighted)
-        if not solve(system, solution):
+        if not solve(system, solution, 1e-14):
             break
         for k in range(columns):
             squares = 1e-20 * count
@@ -313,3 +313,53 @@ def normal_near(position, normal, samples, centre, share):
             x, y, z = normal[samples[m]]
             total[0], total[1], total[2] = total[0] + x, total[1] + y, total[2] + z
     return total
+
+
+@njit
+def roll_pieces(position, normal, quaternions, pole, roll, step, fewest, most):
+    """Means (B, 9) of centre, normal and turned pole over equal steps of a roll's way, and sizes (B,).
+
+    Pieces follow each other in time. The way is smoothed first: a piece that is chosen by a noisy coordinate
+    has a biased mean.
+    """
+    count = roll.shape[0]
+    a, b = position[roll[0]], position[roll[-1]]
+    wx, wy, wz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    length = max(np.sqrt(wx * wx + wy * wy + wz * wz), 1e-12)
+    total = np.zeros(count + 1)
+    for m in range(count):
+        x, y, z = position[roll[m]]
+        total[m + 1] = total[m] + (x * wx + y * wy + z * wz) / length
+    window = max(1, count // 40)
+    smooth, furthest = np.empty(count), -np.inf
+    for m in range(count):
+        low, high = max(m - window, 0), min(m + window + 1, count)
+        furthest = max(furthest, (total[high] - total[low]) / (high - low))
+        smooth[m] = furthest
+    extent = max(smooth[-1] - smooth[0], 1e-12)
+    pieces = int(min(max(np.rint(extent / step), fewest), most))
+    sums, size = np.zeros((pieces, 9)), np.zeros(pieces)
+    for m in range(count):
+        t = roll[m]
+        label = min(int((smooth[m] - smooth[0]) * (pieces / extent)), pieces - 1)
+        size[label] += 1.0
+        x, y, z, w = quaternions[t]
+        p, q, r = (
+            2 * (y * pole[2] - z * pole[1]),
+            2 * (z * pole[0] - x * pole[2]),
+            2 * (x * pole[1] - y * pole[0]),
+        )
+        for k in range(3):
+            sums[label, k] += position[t, k]
+            sums[label, 3 + k] += normal[t, k]
+        sums[label, 6] += pole[0] + w * p + y * r - z * q
+        sums[label, 7] += pole[1] + w * q + z * p - x * r
+        sums[label, 8] += pole[2] + w * r + x * q - y * p
+    kept = 0
+    for piece in range(pieces):
+        if size[piece] > 0:
+            size[kept] = size[piece]
+            for k in range(9):
+                sums[kept, k] = sums[piece, k] / size[piece]
+            kept += 1
+    return sums[:kept], size[:kept]

@@ -100,9 +100,9 @@ def fit_patch(blocks: Blocks, iterations: int = 10, start: Patch | None = None) 
     Returns
     -------
     Patch
-        In the frame of the blocks.
+        In the frame of the blocks; NaN throughout where nothing can be fitted.
     """
-    from evifuse.touch._kernels_patch import PARAMETERS, linearise
+    from evifuse.touch._kernels_patch import PARAMETERS, linearise, normal_step, what_is_left
 
     count, scale = len(blocks.weight), _scales(blocks.radius_m)
     reach = float(blocks.radius_m.mean())
@@ -113,35 +113,33 @@ def fit_patch(blocks: Blocks, iterations: int = 10, start: Patch | None = None) 
     if start is not None:
         error = np.array([start.height_error_m, start.angle_error_rad])
     weight = np.repeat(blocks.weight[:, None], 2, axis=1)
-    covariance = np.eye(PARAMETERS)
+    covariance, change = np.eye(PARAMETERS), np.zeros(PARAMETERS)
+    left, used = np.zeros((count, 3)), np.zeros(2)
     for step in range(iterations):
         linearise(
             theta, blocks.centre_m, blocks.normal, blocks.radius_m, blocks.tilt, foot, design, residual,
             8 if step == 0 else 2,
         )  # fmt: skip
-        row = np.sqrt(weight) / error
-        a = design / scale * row[:, [0, 1, 1], None]
-        b = residual * row[:, [0, 1, 1]]
-        flat = a.reshape(-1, PARAMETERS)
         prior = _prior(theta, blocks.scale_error) / scale**2
-        covariance = np.linalg.inv(flat.T @ flat + np.diag(prior))
-        change = covariance @ (flat.T @ b.ravel() - prior * scale * theta)
+        covariance, regular = normal_step(design, residual, weight, error, scale, prior, theta, change, used)
+        if not regular:
+            return Patch(
+                np.full(PARAMETERS, np.nan), np.full((PARAMETERS, PARAMETERS), np.nan), *error.tolist()
+            )
         bend = reach * float(np.abs(change[3:6] / scale[3:6]).max())
-        change = change * min(1.0, LONGEST_STEP / max(bend, 1e-12))
+        change *= min(1.0, LONGEST_STEP / max(bend, 1e-12))
         theta = theta + change / scale
-        leverage = ((flat @ covariance) * flat).sum(axis=1).reshape(-1, 3)
-        left = (b - a @ change) / row[:, [0, 1, 1]]
-        before, error, weight = error, *_scatter(left, leverage, weight, blocks)
+        what_is_left(design, residual, scale, change, left)
+        before, error, weight = error, *_scatter(left, used, weight, blocks)
         settled = np.abs(change[3:6]).max() < 0.02 * np.sqrt(np.abs(np.diag(covariance)[3:6])).min()
         if step > 2 and settled and np.abs(np.log(error / before)).max() < 0.02:
             break
     return Patch(theta, covariance / np.outer(scale, scale), float(error[0]), float(error[1]))
 
 
-def _scatter(left: Array, leverage: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
+def _scatter(left: Array, used: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
     """Scatter of heights and normals that is left, freed of the fit's share, and weights for the next fit."""
     square = np.stack([left[:, 0] ** 2, left[:, 1] ** 2 + left[:, 2] ** 2], axis=1)
-    used = np.array([leverage[:, 0].sum(), leverage[:, 1:].sum()])
     free = np.maximum(weight.sum(axis=0) * [1, 2] - used, 1.0)
     own = np.sqrt((weight * square).sum(axis=0) / free) + 1e-12
     size = np.sqrt(square / [1, 2]) / own

@@ -63,13 +63,10 @@ def pressure_profile(
     Profile
         Of at most 300 of the samples.
     """
+    from evifuse.touch._kernels_contact import rings
+
     some = slice(None, None, max(1, len(contact_m) // SAMPLES))
-    apart = fingertip.positions_m[None] - contact_m[some, None]
-    square = np.einsum("mnk,mnk->mn", apart, apart).ravel()
-    label = np.minimum((np.sqrt(square) * (BINS / furthest_m)).astype(np.int64), BINS)
-    size = np.bincount(label, minlength=BINS + 1)[:BINS]
-    total = np.bincount(label, pressure_pa[some].ravel(), BINS + 1)[:BINS]
-    squares = np.bincount(label, square, BINS + 1)[:BINS]
+    size, total, squares = rings(fingertip.positions_m, contact_m[some], pressure_pa[some], BINS, furthest_m)
     kept = size > 0
     weight, mean = np.minimum(size[kept], 200.0), total[kept] / size[kept]
     reach = furthest_m * np.geomspace(0.15, 1.0, WIDTHS)

@@ -44,6 +44,8 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
     frame = np.stack([*tangents(site.normal), site.normal], axis=1)
     origin = site.centre_m - tip.radius_m * site.normal
     patch = fit_patch(_blocks(recording, track, site, origin, frame))
+    if not np.isfinite(patch.parameters).all():
+        return None
     xx, _, yy = patch.parameters[3:6]
     samples = np.concatenate(site.rolls)[:: max(1, sum(map(len, site.rolls)) // 200)]
     profile = pressure_profile(
@@ -99,21 +101,20 @@ def _blocks(
     recording: TouchRecording, track: ContactTrack, site: ContactSite, origin: Array, frame: Array
 ) -> Blocks:
     """Means over short pieces of all rolls, in the frame of the site."""
-    from evifuse.touch._kernels_contact import piece_sums, turned
+    from evifuse.touch._kernels_rolls import roll_pieces
 
     tip = recording.fingertip
     pole = tip.normals.mean(axis=0)
     pole = pole / np.linalg.norm(pole)
+    step = 0.5 * taxel_pitch_m(tip)
     parts: list[tuple[Array, Array, NDArray[np.int64]]] = []
     for number, roll in enumerate(site.rolls):
-        centre = recording.position_m[roll]
-        piece, count = _pieces(centre, 0.5 * taxel_pitch_m(tip))
-        facing = turned(recording.orientation_xyzw, roll, np.broadcast_to(pole, (len(roll), 3)).copy())
-        columns = np.concatenate([centre, track.normal[roll], facing], axis=1)
-        sums, size = piece_sums(columns, piece, count)
-        kept = size > 0
-        full = np.minimum(size[kept] / np.median(size[kept]), 1.0)
-        parts.append((sums[kept] / size[kept, None], full, np.full(len(full), number, np.int64)))
+        means, size = roll_pieces(
+            recording.position_m, track.normal, recording.orientation_xyzw, pole, roll, step,
+            FEWEST_BLOCKS, MOST_BLOCKS,
+        )  # fmt: skip
+        full = np.minimum(size / np.median(size), 1.0)
+        parts.append((means, full, np.full(len(full), number, np.int64)))
     rows, weight, label = (np.concatenate(part) for part in zip(*parts, strict=True))
     normal = rows[:, 3:6] / np.linalg.norm(rows[:, 3:6], axis=1, keepdims=True)
     return Blocks(
@@ -125,21 +126,3 @@ def _blocks(
         roll=label,
         scale_error=track.scale_error,
     )
-
-
-def _pieces(centre_m: Array, step_m: float) -> tuple[NDArray[np.int64], int]:
-    """Piece (M,) that each sample of a roll belongs to, pieces being equal steps of the way in order of time.
-
-    The way is smoothed first: a piece that is chosen by a noisy coordinate has a biased mean.
-    """
-    way = centre_m[-1] - centre_m[0]
-    along = centre_m @ (way / max(float(np.linalg.norm(way)), 1e-12))
-    window = max(1, len(along) // 40)
-    total = np.concatenate([[0.0], np.cumsum(along)])
-    row = np.arange(len(along))
-    low, high = np.maximum(row - window, 0), np.minimum(row + window + 1, len(along))
-    smooth = np.maximum.accumulate((total[high] - total[low]) / (high - low))
-    smooth -= smooth[0]
-    length = max(float(smooth[-1]), 1e-12)
-    count = int(np.clip(round(length / step_m), FEWEST_BLOCKS, MOST_BLOCKS))
-    return np.minimum((smooth * (count / length)).astype(np.int64), count - 1), count
