@@ -16,7 +16,7 @@ from evifuse.simulation.surface import Points, Surface
 from evifuse.touch.fingersurface import FingerSurface
 from evifuse.touch.quadrics import unit_rows
 
-__all__ = ["Contact", "Paths", "curvature_tensors", "put_down", "roll_paths"]
+__all__ = ["Contact", "Paths", "curvature_tensors", "put_down", "relative_curvature", "roll_paths"]
 
 Vector = NDArray[np.float64]
 STEPS = 50
@@ -176,6 +176,33 @@ def roll_paths(
     return Paths(np.outer(reach_m, np.linspace(-1, 1, 2 * STEPS + 1)), turn, tuple(contacts), well)
 
 
+def relative_curvature(surface: Surface, finger: FingerSurface, now: Contact, axes: Vector) -> Vector:
+    """How much more curved the fingers are than the surface: what the gap beside a contact grows with.
+
+    Parameters
+    ----------
+    surface : Surface
+        What is touched.
+    finger : FingerSurface
+        What touches.
+    now : Contact
+        M contacts.
+    axes : ndarray of float64, shape (M, 3)
+        A unit tangent of each; the other is it crossed with the normal.
+
+    Returns
+    -------
+    ndarray of float64, shape (M, 2, 2)
+        B - S in these axes, 1/m.
+    """
+    operators, tangents = finger.shape_operators(now.finger_m)
+    turned = rotation.to_matrix(now.orientation_xyzw) @ tangents
+    bent = turned @ operators @ turned.transpose(0, 2, 1)
+    relative = bent - curvature_tensors(surface, now.point_m, now.normal)
+    across = np.stack([axes, rotation.cross(axes, now.normal)], axis=1)
+    return across @ relative @ across.transpose(0, 2, 1)
+
+
 def _rates(
     surface: Surface, finger: FingerSurface, now: Contact, axes: Vector
 ) -> tuple[Vector, Vector, NDArray[np.bool_]]:
@@ -183,12 +210,8 @@ def _rates(
     normal = now.normal
     axis = axes - np.sum(axes * normal, axis=1, keepdims=True) * normal
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    operators, tangents = finger.shape_operators(now.finger_m)
-    turned = rotation.to_matrix(now.orientation_xyzw) @ tangents
-    bent = turned @ operators @ turned.transpose(0, 2, 1)
-    relative = bent - curvature_tensors(surface, now.point_m, normal)
+    inside = relative_curvature(surface, finger, now, axis)
     across = np.stack([axis, rotation.cross(axis, normal)], axis=1)
-    inside = across @ relative @ across.transpose(0, 2, 1)
     trace = inside[:, 0, 0] + inside[:, 1, 1]
     determinant = inside[:, 0, 0] * inside[:, 1, 1] - inside[:, 0, 1] ** 2
     fits = (trace > 0) & (determinant > 0)

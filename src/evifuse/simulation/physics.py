@@ -19,12 +19,12 @@ __all__ = ["COVER_M", "PRESS_N", "FingerWorld", "load_mujoco"]
 MASS_KG = 0.02
 PRESS_N = 2.0
 """Force with which the arm usually presses the finger along the surface normal."""
-COVER_M = 0.15e-3
-"""How deep that force presses the taxels of the usual skin into the surface.
+COVER_M = float(np.sqrt(PRESS_N / (np.pi * 3e9 * 0.01)))
+"""How deep that force presses the usual skin of a ball of 10 mm into a plane: 0.15 mm.
 
-The contact is as stiff as it takes for the rolling radius under load to be the fingertip's nominal one, which
-is what a calibration by rolling on a plane gives: the sphere of MuJoCo is larger than that by this much, is
-pressed in by twice as much, and MuJoCo applies the friction half way.
+In MuJoCo the contact is as stiff as it takes for the rolling radius under load to be the fingertip's nominal
+one, which is what a calibration by rolling on a plane gives: the sphere of MuJoCo is larger than that by this
+much, is pressed in by twice as much, and MuJoCo applies the friction half way.
 """
 JOINT_LAG_S = 0.005
 """Time constant with which the joint follows its commanded speed."""
@@ -42,7 +42,8 @@ _WORLD = """
 </mujoco>
 """
 _FINGER = 2  # number of the finger's body; 0 is the world, 1 the surface
-_CONTACT_LAG_S = 0.00548  # with the mass and force above, a penetration of twice the cover
+_CONTACT_LAG_S = 0.00548  # with the mass and force above, a penetration of twice so much:
+_LAG_M = 0.15e-3
 
 
 def load_mujoco() -> Any:
@@ -80,8 +81,6 @@ class FingerWorld:
         Length of a physics step, seconds.
     press_n : float
         Force along the surface normal, newtons.
-    cover_m : float
-        How deep it presses the taxels in, metres.
     """
 
     def __init__(
@@ -90,11 +89,9 @@ class FingerWorld:
         radius_m: float,
         timestep_s: float,
         press_n: float = PRESS_N,
-        cover_m: float = COVER_M,
     ) -> None:
         self._mujoco = load_mujoco()
-        lag = _CONTACT_LAG_S * math.sqrt(cover_m / COVER_M * PRESS_N / press_n)
-        text = _WORLD.format(timestep=timestep_s, radius=radius_m + cover_m, mass=MASS_KG, lag=lag)
+        text = _WORLD.format(timestep=timestep_s, radius=radius_m, mass=MASS_KG, lag=_CONTACT_LAG_S)
         self._press_n = press_n
         self._model = self._mujoco.MjModel.from_xml_string(text)
         self._data = self._mujoco.MjData(self._model)
@@ -109,7 +106,12 @@ class FingerWorld:
         self._plane_m, self._plane_wxyz = data.mocap_pos[0], data.mocap_quat[0]
         self._applied = data.xfrc_applied[_FINGER]
 
-    def place(self, position_m: NDArray[np.float64], orientation_xyzw: NDArray[np.float64]) -> None:
+    def place(
+        self,
+        position_m: NDArray[np.float64],
+        orientation_xyzw: NDArray[np.float64],
+        depth_m: float = COVER_M,
+    ) -> None:
         """Put the finger somewhere, at rest.
 
         Parameters
@@ -118,7 +120,11 @@ class FingerWorld:
             Centre of the fingertip, world frame, metres.
         orientation_xyzw : ndarray of float64, shape (4,)
             Its orientation.
+        depth_m : float
+            How deep the force presses the taxels in here, metres.
         """
+        self._model.geom_size[_FINGER - 1, 0] = self.radius_m + depth_m
+        self._model.geom_solref[:, 0] = _CONTACT_LAG_S * math.sqrt(depth_m / _LAG_M * PRESS_N / self._press_n)
         self._pose[:3] = position_m
         self._pose[3:] = np.roll(orientation_xyzw, 1)
         self._data.qvel[:] = 0.0

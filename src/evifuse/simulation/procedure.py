@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Fingertip
-from evifuse.simulation.kinematics import STEPS, Contact, Paths, put_down, roll_paths
+from evifuse.simulation.kinematics import STEPS, Contact, Paths, put_down, relative_curvature, roll_paths
 from evifuse.simulation.surface import Surface
 from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
 
@@ -69,7 +69,7 @@ class Finger:
     pole_m : ndarray of float64, shape (3,)
         The point that is put on a site, fingertip frame, metres: where the taxels face on the average.
     cover_m : float
-        How deep it is pressed in, metres.
+        How deep its force would press a ball of 10 mm into a plane, metres: see `depth_m`.
     """
 
     tip: Fingertip
@@ -97,7 +97,7 @@ class Finger:
         tip : Fingertip
             Its taxels.
         cover_m : float
-            How deep it is pressed in, metres.
+            How deep its force would press a ball of 10 mm into a plane, metres.
 
         Returns
         -------
@@ -114,6 +114,25 @@ class Finger:
             aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
             pole = surface.project(tip.positions_m[[int(np.argmin(aside))]])[0][0]
         return cls(tip, surface, pole, cover_m)
+
+    def depth_m(self, relative_per_m: Vector) -> Vector:
+        """How deep its force presses it into surfaces.
+
+        In a bed of springs k a force F presses two bodies together by the square root of
+        ``F sqrt(det(B - S)) / (pi k)``: the better they fit, the wider is the patch and the less deep.
+
+        Parameters
+        ----------
+        relative_per_m : ndarray of float64, shape (M, 2, 2)
+            B - S: how much more curved the finger is than the surface, 1/m.
+
+        Returns
+        -------
+        ndarray of float64, shape (M,)
+            Depths, metres.
+        """
+        ball = np.linalg.det(relative_per_m) * 0.01**2  # 1 for a ball of 10 mm on a plane
+        return self.cover_m * np.clip(ball, 1e-4, 1e4) ** 0.25
 
     def reach_m(self, contact: Contact, way: Vector) -> Vector:
         """How far the taxels go from the pole, along both senses of given directions.
@@ -153,6 +172,8 @@ class Roll:
         Length of the way and angle rolled, from the site.
     binormal : ndarray of float64, shape (3,)
         Unit normal of the plane in which the finger is to roll.
+    depth_m : float
+        How deep the finger is pressed in, metres.
     solid : bool
         Whether there is anything to touch; without, the finger turns on the spot.
     """
@@ -161,6 +182,7 @@ class Roll:
     arc_m: Vector
     turn_rad: Vector
     binormal: Vector
+    depth_m: float
     solid: bool
 
 
@@ -204,18 +226,21 @@ def plan_rolls(
     binormals /= np.linalg.norm(binormals, axis=1, keepdims=True)
     start = put_down(finger.surface, finger.pole_m, points, normals)
     length = 0.5 * procedure.arc_rad * finger.tip.radius_m
-    paths = None
+    paths, depth = None, np.zeros(0)
     if solid.any():
         some = Contact(*(values[solid] for values in vars(start).values()))
         way = np.cross(binormals[solid], normals[solid])
-        room = finger.reach_m(some, way) - _patch_m(surface, finger, some, way)
+        relative = relative_curvature(surface, finger.surface, some, way)
+        depth = finger.depth_m(relative)
+        patch = np.sqrt(2 * depth / np.maximum(relative[:, 0, 0], 0.01 / finger.tip.radius_m))
+        room = finger.reach_m(some, way) - patch
         reach = np.clip(room, SHORTEST * finger.tip.radius_m, length)
         paths = roll_paths(surface, finger.surface, some, binormals[solid], reach)
     numbers = np.cumsum(solid) - 1
     rolls: list[Roll] = []
     for i, (binormal, number) in enumerate(zip(binormals, numbers.tolist(), strict=True)):
         if solid[i] and paths is not None:
-            rolls.append(_cut(surface, finger, paths, number, binormal))
+            rolls.append(_cut(surface, finger, paths, number, binormal, float(depth[number])))
         else:
             rolls.append(_in_vain(start, i, binormal, procedure))
     return rolls
@@ -232,23 +257,14 @@ def _headings(angles: Vector, normals: Vector) -> Vector:
     return np.where(wall[:, None], on_wall, ahead)
 
 
-def _patch_m(surface: Surface, finger: Finger, contact: Contact, way: Vector) -> Vector:
-    """Radius of the patch of contact in the direction of each roll, metres."""
-    operators, axes = finger.surface.shape_operators(contact.finger_m)
-    inverse = contact.orientation_xyzw * [-1.0, -1.0, -1.0, 1.0]
-    inside = np.einsum("mia,mi->ma", axes, rotation.rotate(inverse, way))
-    bent = np.einsum("ma,mab,mb->m", inside, operators, inside)
-    tensors = np.array([surface.curvature_tensor(point) for point in contact.point_m])
-    relative = bent - np.einsum("mi,mij,mj->m", way, tensors, way)
-    return np.sqrt(2 * finger.cover_m / np.maximum(relative, 1e-3 * np.abs(bent) + 1e-9))
-
-
-def _cut(surface: Surface, finger: Finger, paths: Paths, number: int, binormal: Vector) -> Roll:
+def _cut(
+    surface: Surface, finger: Finger, paths: Paths, number: int, binormal: Vector, depth_m: float
+) -> Roll:
     """One roll out of many, as far as the finger fits and touches in one place only."""
     stations = np.arange(2 * STEPS + 1)
     every = stations[:: STEPS // 5]
     free = paths.fits[number] & (
-        np.interp(stations, every, _free(surface, finger, paths, number, every)) > 0.5
+        np.interp(stations, every, _free(surface, finger, paths, number, every, depth_m)) > 0.5
     )
     if not free[STEPS]:
         x, y, z = paths.contact[STEPS].point_m[number]
@@ -263,13 +279,12 @@ def _cut(surface: Surface, finger: Finger, paths: Paths, number: int, binormal: 
         np.array([vars(contact)[key][number] for contact in paths.contact[kept]])
         for key in ("point_m", "normal", "finger_m", "orientation_xyzw")
     )
-    return Roll(
-        Contact(*stacked), paths.arc_m[number, kept], paths.turn_rad[number, kept], binormal, solid=True
-    )
+    arc, turn = paths.arc_m[number, kept], paths.turn_rad[number, kept]
+    return Roll(Contact(*stacked), arc, turn, binormal, depth_m, solid=True)
 
 
 def _free(
-    surface: Surface, finger: Finger, paths: Paths, number: int, stations: NDArray[np.int64]
+    surface: Surface, finger: Finger, paths: Paths, number: int, stations: NDArray[np.int64], depth_m: float
 ) -> NDArray[np.float64]:
     """1 where nothing but the contact touches, else 0, at some stations."""
     free = np.ones(len(stations))
@@ -280,7 +295,7 @@ def _free(
         depth = -surface.distance(centre + finger.tip.positions_m @ turned.T).min()
         if finger.is_sphere:
             depth = max(depth, finger.tip.radius_m - float(surface.distance(centre)[0]))
-        free[i] = depth < 0.3 * finger.cover_m + 2e-5
+        free[i] = depth < 0.3 * depth_m + 2e-5
     return free
 
 
@@ -292,4 +307,4 @@ def _in_vain(start: Contact, number: int, binormal: Vector, procedure: Procedure
     turned = rotation.multiply(rotation.about_axis(binormal, turn), values["orientation_xyzw"])
     values["orientation_xyzw"] = turned
     values["finger_m"] = rotation.rotate(turned * [-1.0, -1.0, -1.0, 1.0], below)
-    return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, solid=False)
+    return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, 0.0, solid=False)

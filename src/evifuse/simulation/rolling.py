@@ -81,7 +81,7 @@ def roll_finger(
     if control == "force":
         substeps = max(1, round(1000 / rate_hz))
         timestep = 1 / (rate_hz * substeps)
-        world = FingerWorld(surface, finger.tip.radius_m, timestep, procedure.press_n, finger.cover_m)
+        world = FingerWorld(surface, finger.tip.radius_m, timestep, procedure.press_n)
     pieces: list[Motion] = []
     pose = _above(finger, rolls[0], 3 * procedure.clearance_m)
     for number, roll in enumerate(rolls):
@@ -120,9 +120,9 @@ def _one_roll(
     if not roll.solid:
         rolled = _in_vain(low[0], roll, procedure, rate_hz)
     elif world is None:
-        rolled = _led(finger, roll, number, procedure, rate_hz)
+        rolled = _led(roll, number, procedure, rate_hz)
     else:
-        world.place(low[0], low[1])
+        world.place(low[0], low[1], roll.depth_m)
         rolled = _on_surface(world, surface, roll, number, procedure, rate_hz)
     yield rolled
     end = _end(rolled)
@@ -190,7 +190,7 @@ def _counts(procedure: Procedure, rate_hz: float) -> tuple[int, int]:
     return round(procedure.roll_s * rate_hz), round(procedure.settle_s * rate_hz)
 
 
-def _led(finger: Finger, roll: Roll, number: int, procedure: Procedure, rate_hz: float) -> Motion:
+def _led(roll: Roll, number: int, procedure: Procedure, rate_hz: float) -> Motion:
     """Along the ideal roll: pressed in while it settles, then at the commanded speed."""
     count, settle = _counts(procedure, rate_hz)
     share = _profile(procedure, count, settle)
@@ -204,7 +204,7 @@ def _led(finger: Finger, roll: Roll, number: int, procedure: Procedure, rate_hz:
     orientation = rotation.interpolate(roll.arc_m, ways.orientation_xyzw, arc)
     contact = Contact(point, normal, finger_m, orientation)
     pressed = np.minimum(1.0, np.arange(1, len(arc) + 1) / max(settle, 1))
-    position = contact.centre_m(0.0) - (finger.cover_m * pressed)[:, None] * normal
+    position = contact.centre_m(0.0) - (roll.depth_m * pressed)[:, None] * normal
     angle = np.interp(arc, roll.arc_m, roll.turn_rad)
     return Motion(position, orientation, angle, np.full(len(arc), number), normal)
 
