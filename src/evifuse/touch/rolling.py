@@ -19,6 +19,10 @@ SHORTEST_NS = 20_000_000
 """Contacts and gaps shorter than this are bounces, not touches and lifts: 20 ms."""
 BEND = 0.08
 """A path that leaves its chord by more than this share of its extent changes direction."""
+WIDE_RAD = 1.2
+"""A contact whose normals leave their mean by more than this goes around something thin: 69 degrees."""
+LOCAL_RAD = 1.0
+"""And what is told of it is told from the part that is so near to its middle."""
 SHORTEST_ROLL = 0.12
 """A roll is at least so long, as a share of the fingertip's radius."""
 
@@ -113,10 +117,42 @@ def rolls_within(
     if len(samples) < 3:
         return []
     normal = mean_of(track.normal, samples)
-    first, second = tangents(normal / np.linalg.norm(normal))
+    normal = normal / np.linalg.norm(normal)
+    first, second = tangents(normal)
     path = smooth_path(recording.position_m, samples, first, second, max(1, len(samples) // 100))
+    wide = float((track.normal[samples] @ normal).min()) < np.cos(WIDE_RAD)
+    if wide:
+        path = _unrolled(recording.position_m[samples], track.normal[samples], normal) @ np.stack(
+            [first, second], axis=1
+        )
     shortest = SHORTEST_ROLL * recording.fingertip.radius_m
-    return [samples[start:stop] for start, stop in split_by_direction(path, shortest)]
+    rolls = [samples[start:stop] for start, stop in split_by_direction(path, shortest)]
+    return [_local(track.normal, roll) for roll in rolls] if wide else rolls
+
+
+def _unrolled(
+    position: NDArray[np.float64], normal: NDArray[np.float64], onto: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """A way (M, 3) around a strong bend laid flat: each step turned as its normal has to be turned."""
+    window = max(1, len(position) // 100)
+    total = np.concatenate([np.zeros((1, 6)), np.cumsum(np.concatenate([position, normal], axis=1), axis=0)])
+    row = np.arange(len(position))
+    low, high = np.maximum(row - window, 0), np.minimum(row + window + 1, len(position))
+    smooth = (total[high] - total[low]) / (high - low)[:, None]
+    step = np.diff(smooth[:, :3], axis=0)
+    facing = smooth[1:, 3:] / np.linalg.norm(smooth[1:, 3:], axis=1, keepdims=True)
+    half = facing + onto
+    share = np.einsum("mi,mi->m", step, half) / np.maximum(1 + facing @ onto, 0.05)
+    along = np.einsum("mi,mi->m", step, facing)
+    flat = step - share[:, None] * half + 2 * along[:, None] * onto
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(flat, axis=0)])
+
+
+def _local(normal: NDArray[np.float64], roll: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The part of a roll around a strong bend that is near its middle: what comes later is another place."""
+    middle = normal[roll[int(0.45 * len(roll)) : int(0.55 * len(roll)) + 1]].sum(axis=0)
+    near = normal[roll] @ (middle / np.linalg.norm(middle)) >= np.cos(LOCAL_RAD)
+    return roll[near]
 
 
 def tangents(normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

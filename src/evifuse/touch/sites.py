@@ -14,7 +14,9 @@ __all__ = ["ContactSite", "find_sites"]
 SAME_MIDDLE = 0.2
 """Rolls whose middles are closer than this share of their length cross the same site."""
 BRIDGE = 0.04
-"""A finger that leaves its straight way by less than this share of its radius was not lifted."""
+"""A finger that leaves its way by less than this share of its radius was not lifted."""
+AROUND = 8
+"""Over so many samples the normal at the end of a contact is averaged."""
 LONGEST_BRIDGE_NS = 500_000_000
 """Half a second without pressure is the end of a contact."""
 SAME_SITE = 0.75
@@ -57,7 +59,7 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
     """
     rolls: list[NDArray[np.int64]] = []
     still: list[NDArray[np.int64]] = []
-    for start, stop in _bridged(recording, contact_intervals(track.touching, recording.time_ns)):
+    for start, stop in _bridged(recording, track, contact_intervals(track.touching, recording.time_ns)):
         samples = start + np.flatnonzero(track.touching[start:stop])
         found = rolls_within(recording, track, samples)
         rolls += found
@@ -76,8 +78,11 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
     return sorted(sites, key=lambda site: int(site.rolls[0][0]) if site.rolls else len(recording.time_ns))
 
 
-def _bridged(recording: TouchRecording, intervals: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Contacts between which the finger went straight on: there was no lift, taxels are far apart."""
+def _bridged(
+    recording: TouchRecording, track: ContactTrack, intervals: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Contacts between which the finger rolled on: there was no lift, taxels are far apart."""
+
     joined: list[tuple[int, int]] = []
     after_gaps = gaps(recording.time_ns)
     for start, stop in intervals:
@@ -85,14 +90,38 @@ def _bridged(recording: TouchRecording, intervals: list[tuple[int, int]]) -> lis
             before = joined[-1][1] - 1
             brief = recording.time_ns[start] - recording.time_ns[before] < LONGEST_BRIDGE_NS
             if brief and not np.any((after_gaps >= before) & (after_gaps < start)):
-                way = recording.position_m[before : start + 1]
-                aside = distance_to_segment(way, way[0], way[-1])
+                aside = _off_the_arc(recording, track, before, start)
                 middle = np.sort(aside)[int(0.9 * (len(aside) - 1))]  # a few samples may be noise
                 if middle < BRIDGE * recording.fingertip.radius_m:
                     joined[-1] = (joined[-1][0], stop)
                     continue
         joined.append((start, stop))
     return joined
+
+
+def _off_the_arc(
+    recording: TouchRecording, track: ContactTrack, before: int, start: int
+) -> NDArray[np.float64]:
+    """Distances (M,) of a way without contact from the arc that the normals before and after ask for."""
+    way = recording.position_m[before : start + 1]
+    chord = way[-1] - way[0]
+    length = float(np.linalg.norm(chord))
+    if length == 0:
+        return np.linalg.norm(way - way[0], axis=1)
+    ends = [
+        track.normal[rows][track.touching[rows]].mean(axis=0)
+        for rows in (slice(max(before - AROUND, 0), before + 1), slice(start, start + AROUND + 1))
+    ]
+    ahead = chord / length
+    outward = ends[0] + ends[1]
+    outward = outward - (outward @ ahead) * ahead
+    outward = outward / max(float(np.linalg.norm(outward)), 1e-12)
+    share = np.clip((way - way[0]) @ ahead / length, 0.0, 1.0)
+    sine = float(np.clip((ends[1] - ends[0]) @ ahead / 2, -0.99, 0.99))  # of half the angle of the arc
+    radius = 0.5 * length / max(abs(sine), 1e-6)
+    deep = np.sqrt(radius**2 - np.square((share - 0.5) * length)) - radius * np.sqrt(1 - sine**2)
+    arc = way[0] + share[:, None] * chord + (np.sign(sine) * deep)[:, None] * outward
+    return np.linalg.norm(way - arc, axis=1)
 
 
 def _groups(
