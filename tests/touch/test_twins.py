@@ -11,7 +11,7 @@ from evifuse.touch import _kernels_patch as patch
 from evifuse.touch import _kernels_rolls as rolls
 from evifuse.touch import contact_track, find_sites
 from evifuse.touch.fingertip import taxel_pitch_m
-from evifuse.touch.rolling import tangents
+from evifuse.touch.rolling import distance_to_segment, tangents
 from tests.touch import twins
 from tests.touch.rolled import ball, cylinder, plane, rolled
 
@@ -30,12 +30,18 @@ def test_medians_and_quantiles_are_numpys(values, share):
 
 def test_statistics_of_taxels_are_numpys():
     columns = np.round(np.random.default_rng(2).normal(0, 4, (7, 101)))
-    quiet, spread, rise, reach = health.taxel_statistics(columns)
+    quiet, spread, rise, reach = health.taxel_statistics(columns, 1)
     away = columns - np.median(columns, axis=1)[:, None]
     assert np.array_equal(quiet, np.median(columns, axis=1))
     assert np.array_equal(spread, np.median(np.abs(away), axis=1))
     assert np.array_equal(rise, away.max(axis=1))
     assert np.array_equal(reach, np.abs(away).max(axis=1))
+    fewer = np.median(columns[:, ::4], axis=1)
+    quiet, spread, rise, reach = health.taxel_statistics(columns, 4)
+    assert np.array_equal(quiet, fewer)
+    assert np.array_equal(spread, np.median(np.abs(columns[:, ::4] - fewer[:, None]), axis=1))
+    assert np.array_equal(rise, columns.max(axis=1) - fewer)
+    assert np.array_equal(reach, np.abs(columns - fewer[:, None]).max(axis=1))
 
 
 @pytest.mark.parametrize("noise", [{}, NOISE], ids=["clean", "noisy"])
@@ -117,3 +123,12 @@ def test_a_step_of_the_patch_is_least_squares():
     assert not patch.normal_step(
         np.zeros_like(design), residual, weight, error, scale, 0 * prior, theta, change, used
     )[1]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 40), st.integers(0, 10**6))
+def test_how_far_a_way_is_from_straight_is_numpys(count, seed):
+    way = np.random.default_rng(seed).normal(0, 1, (count, 3)).cumsum(axis=0)
+    aside = np.sort(distance_to_segment(way, way[0], way[-1]))
+    found = rolls.way_aside(np.concatenate([way[:1], way, way]), 1, count, 0.9)
+    assert found == pytest.approx(aside[int(0.9 * (count - 1))], abs=1e-12)

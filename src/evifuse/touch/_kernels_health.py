@@ -74,22 +74,26 @@ def quantile(values, count, share):
 
 
 @njit
-def taxel_statistics(columns):
-    """Median, median distance from it, largest rise and largest distance of each taxel's readings (N, S)."""
+def taxel_statistics(columns, every):
+    """Median, median distance from it, largest rise and largest distance of each taxel's readings (N, S).
+
+    The medians are those of every so many of the readings.
+    """
     taxels, samples = columns.shape
     quiet, spread, rise, reach = np.empty(taxels), np.empty(taxels), np.empty(taxels), np.empty(taxels)
-    buffer = np.empty(samples)
+    count = (samples + every - 1) // every
+    buffer = np.empty(count)
     for j in range(taxels):
+        for s in range(count):
+            buffer[s] = columns[j, s * every]
+        middle = median(buffer, count)
+        lowest, highest = np.inf, -np.inf
         for s in range(samples):
-            buffer[s] = columns[j, s]
-        middle = median(buffer, samples)
-        highest, furthest = -np.inf, 0.0
-        for s in range(samples):
-            away = columns[j, s] - middle
-            highest = max(highest, away)
-            buffer[s] = abs(away)
-            furthest = max(furthest, buffer[s])
-        quiet[j], rise[j], reach[j], spread[j] = middle, highest, furthest, median(buffer, samples)
+            lowest, highest = min(lowest, columns[j, s]), max(highest, columns[j, s])
+        for s in range(count):
+            buffer[s] = abs(buffer[s] - middle)
+        quiet[j], rise[j], spread[j] = middle, highest - middle, median(buffer, count)
+        reach[j] = max(rise[j], middle - lowest)
     return quiet, spread, rise, reach
 
 

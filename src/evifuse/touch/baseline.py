@@ -116,7 +116,7 @@ def _free(sample: Array) -> NDArray[np.bool_]:
     """Samples (S,) without contact: no taxel stands out, its own middle reading removed."""
     from evifuse.touch._kernels_health import contrasts, taxel_statistics
 
-    contrast = contrasts(sample, taxel_statistics(np.ascontiguousarray(sample.T))[0])
+    contrast = contrasts(sample, taxel_statistics(np.ascontiguousarray(sample.T), 1)[0])
     quietest, loudest = np.percentile(contrast, [5, 95])
     if quietest > PAUSES * loudest:
         return np.zeros(len(contrast), dtype=np.bool_)  # always in contact, or never

@@ -11,6 +11,8 @@ __all__ = ["Glance", "glance_at"]
 
 SAMPLES = 400
 """Samples that are looked at, about."""
+USUAL = 150
+"""Of these, so many tell what is usual, about."""
 
 Array = NDArray[np.float64]
 
@@ -59,4 +61,4 @@ def glance_at(recording: TouchRecording) -> Glance:
     every = max(1, len(recording.pressure_pa) // SAMPLES)
     sample = np.ascontiguousarray(recording.pressure_pa[::every])
     columns = np.ascontiguousarray(sample.T)
-    return Glance(sample, columns, *taxel_statistics(columns))
+    return Glance(sample, columns, *taxel_statistics(columns, max(1, len(sample) // USUAL)))

@@ -88,9 +88,9 @@ def missed_sites(
         lowest = int(np.argmin(recording.position_m[:, 2]))
         up = np.array([0.0, 0.0, 1.0])
         return [MissedSite(recording.position_m[lowest] - radius * up, up, None, UNREFERENCED_BELIEF, lowest)]
-    depths = np.stack(
-        [_depth(recording, site, shape) for site, shape in zip(sites, operators, strict=True)], axis=1
-    )
+    free, depths = np.flatnonzero(~touching), np.full((len(touching), len(sites)), np.inf)
+    for number, (site, shape) in enumerate(zip(sites, operators, strict=True)):
+        depths[free, number] = _depth(recording.position_m[free], site, shape, radius)
     nearest = np.argmin(depths, axis=1)
     depth = depths[np.arange(len(depths)), nearest]
     below = ~touching & np.isfinite(depth) & (depth > CLEARLY_BELOW * radius)
@@ -105,7 +105,7 @@ def missed_sites(
         belief = float(1 - np.exp(-deepest / (CLEARLY_BELOW * radius)))
         missed.append(MissedSite(np.median(surface, axis=0), normal, deepest, belief, start))
     missed = _merged(missed, radius)
-    reached = np.max(depths, axis=1, where=np.isfinite(depths), initial=-np.inf)
+    reached = np.where(np.isfinite(depths), depths, -np.inf).max(axis=1)
     for dip in _lowered_in_vain(recording, touching, sites, reached):
         if all(np.linalg.norm(dip.position_m - site.position_m) > 2 * radius for site in missed):
             missed.append(dip)
@@ -151,7 +151,7 @@ def _lowered_in_vain(
 def _dwells(recording: TouchRecording, touching: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Stretches without contact in which the finger stayed in its place."""
     time = recording.time_ns
-    usual = max(float(np.median(np.diff(time))), 1.0) if len(time) > 1 else 1.0
+    usual = max(float(np.median(np.diff(time)[:: max(1, len(time) // 1000)])), 1.0) if len(time) > 1 else 1.0
     size = max(1, round(DWELL_BLOCK_NS / usual))
     starts = np.arange(0, len(time), size)
     if len(starts) < 3:
@@ -168,11 +168,12 @@ def _dwells(recording: TouchRecording, touching: NDArray[np.bool_]) -> list[tupl
     return [(b, e) for b, e in stretches if time[e - 1] - time[b] >= DWELL_NS]
 
 
-def _depth(recording: TouchRecording, site: ContactSite, shape: ShapeOperator | None) -> NDArray[np.float64]:
-    """Depth (T,) of the sphere below where a site's surface would hold it, metres; infinite out of reach."""
-    radius = recording.fingertip.radius_m
+def _depth(
+    position_m: NDArray[np.float64], site: ContactSite, shape: ShapeOperator | None, radius: float
+) -> NDArray[np.float64]:
+    """Depth of the sphere below where a site's surface would hold it, metres; infinite out of reach."""
     frame = np.stack([*tangents(site.normal), site.normal], axis=1)
-    place = (recording.position_m - site.centre_m) @ frame
+    place = (position_m - site.centre_m) @ frame
     expected = np.zeros(len(place))
     if shape is not None:
         turn = shape.k1_direction_rad
