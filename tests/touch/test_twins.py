@@ -11,7 +11,7 @@ from evifuse.touch import _kernels_patch as patch
 from evifuse.touch import _kernels_rolls as rolls
 from evifuse.touch import contact_track, find_sites
 from evifuse.touch.fingertip import taxel_pitch_m
-from evifuse.touch.rolling import distance_to_segment, tangents
+from evifuse.touch.rolling import tangents
 from tests.touch import twins
 from tests.touch.rolled import ball, cylinder, plane, rolled
 
@@ -123,12 +123,3 @@ def test_a_step_of_the_patch_is_least_squares():
     assert not patch.normal_step(
         np.zeros_like(design), residual, weight, error, scale, 0 * prior, theta, change, used
     )[1]
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(2, 40), st.integers(0, 10**6))
-def test_how_far_a_way_is_from_straight_is_numpys(count, seed):
-    way = np.random.default_rng(seed).normal(0, 1, (count, 3)).cumsum(axis=0)
-    aside = np.sort(distance_to_segment(way, way[0], way[-1]))
-    found = rolls.way_aside(np.concatenate([way[:1], way, way]), 1, count, 0.9)
-    assert found == pytest.approx(aside[int(0.9 * (count - 1))], abs=1e-12)

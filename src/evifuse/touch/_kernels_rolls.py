@@ -363,18 +363,3 @@ def roll_pieces(position, normal, quaternions, pole, roll, step, fewest, most):
                 sums[kept, k] = sums[piece, k] / size[piece]
             kept += 1
     return sums[:kept], size[:kept]
-
-
-@njit
-def way_aside(position, start, stop, share):
-    """Distance from the straight way between two samples that a share of those in between don't exceed."""
-    count = stop + 1 - start
-    ax, ay, az = position[start]
-    cx, cy, cz = position[stop, 0] - ax, position[stop, 1] - ay, position[stop, 2] - az
-    squared = cx * cx + cy * cy + cz * cz
-    aside = np.empty(count)
-    for m in range(count):
-        x, y, z = position[start + m, 0] - ax, position[start + m, 1] - ay, position[start + m, 2] - az
-        along = min(max((x * cx + y * cy + z * cz) / squared, 0.0), 1.0) if squared > 0 else 0.0
-        aside[m] = np.sqrt((x - along * cx) ** 2 + (y - along * cy) ** 2 + (z - along * cz) ** 2)
-    return select(aside, count, int(share * (count - 1)))
