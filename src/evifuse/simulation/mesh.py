@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from evifuse.errors import MissingExtraError, UsageError
 from evifuse.simulation.surface import Points, Sites, Surface, Triple
+from evifuse.touch.quadrics import unit_rows
 
 __all__ = ["MeshSurface", "load_mesh"]
 
@@ -243,25 +244,26 @@ def _thinned(points: Points, normals: Points, apart_m: float) -> tuple[Points, P
 
 
 def _quadrics(samples: Points, normals: Points, reach_m: float, tree: Any) -> tuple[Points, Points]:
-    """Frames and weighted quadrics of the neighbourhoods of all samples."""
-    count = min(48, len(samples))
-    distance, near = tree(samples).query(samples, k=count)
-    weight = np.exp(-2 * np.square(distance / reach_m))
-    weight *= np.clip(
-        np.einsum("ski,si->sk", normals[near], normals), 0.0, 1.0
-    )  # not the other side of a wall
-    mean = np.einsum("sk,ski->si", weight, normals[near])
-    mean /= np.linalg.norm(mean, axis=1, keepdims=True)
-    start = np.where(np.abs(mean[:, :1]) < 0.7, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    first = np.cross(mean, start)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    frames = np.stack([first, np.cross(mean, first), mean], axis=1)
-    u, v, h = np.einsum("sai,ski->ask", frames, (samples[near] - samples[:, None]) / reach_m)
-    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=-1)
-    weighted = terms * weight[..., None]
-    normal = np.einsum("ska,skb->sab", weighted, terms) + 1e-6 * np.eye(6)
-    heights = np.linalg.solve(normal, np.einsum("ska,sk->sa", weighted, h)[..., None])[..., 0]
-    return np.ascontiguousarray(frames), heights * reach_m / reach_m ** np.array([0, 1, 1, 2, 2, 2])
+    """Frames and weighted quadrics of the neighbourhoods of all samples, some at a time."""
+    near = tree(samples).query(samples, k=min(48, len(samples)))[1]
+    frames, heights = np.empty((len(samples), 3, 3)), np.empty((len(samples), 6))
+    for start in range(0, len(samples), 1024):
+        rows = slice(start, start + 1024)
+        beside = (samples[near[rows]] - samples[rows, None]) / reach_m
+        facing = normals[near[rows]]
+        weight = np.exp(-2 * np.square(beside).sum(axis=2))
+        # not the other side of a wall
+        weight *= np.clip((facing @ normals[rows, :, None])[..., 0], 0.0, 1.0)
+        mean = unit_rows((weight[:, None] @ facing)[:, 0])
+        start_axis = np.where(np.abs(mean[:, :1]) < 0.7, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+        first = unit_rows(np.cross(mean, start_axis))
+        frames[rows] = np.stack([first, np.cross(mean, first), mean], axis=1)
+        u, v, h = (beside @ frames[rows].transpose(0, 2, 1)).transpose(2, 0, 1)
+        terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
+        weighted = terms * weight[:, None]
+        normal = weighted @ terms.transpose(0, 2, 1) + 1e-6 * np.eye(6)
+        heights[rows] = np.linalg.solve(normal, weighted @ h[..., None])[..., 0]
+    return frames, heights * reach_m / reach_m ** np.array([0, 1, 1, 2, 2, 2])
 
 
 def _grid(samples: Points, cell: float) -> tuple[Any, ...]:

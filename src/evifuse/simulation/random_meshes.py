@@ -176,12 +176,23 @@ def _plate(generator: np.random.Generator, a: float, name: str) -> RandomBody:
     ground = np.stack([x, y, np.zeros_like(x)], axis=1)
     over, under = (relief.height_m(ground) * _collar(opening, ground) for relief in reliefs)
     top, bottom = ground + over[:, None] * [0, 0, 1], ground - (THICK * a + under)[:, None] * [0, 0, 1]
-    start, stop = _border(quads).T
-    down = len(x)
-    walls = np.stack([stop, start, start + down, stop + down], axis=1)
-    every = np.concatenate([quads, quads[:, ::-1] + down, walls])
-    surface = _smooth(np.concatenate([top, bottom]), every, a, f"plate {name}")
+    points, walls = _walls(top, bottom, _border(quads))
+    every = np.concatenate([quads, quads[:, ::-1] + len(top), walls])
+    surface = _smooth(points, every, a, f"plate {name}")
     return RandomBody(surface, reliefs, THICK * a, a, opening)
+
+
+def _walls(top: Points, bottom: Points, border: Triangles) -> tuple[Points, Triangles]:
+    """All vertices of a plate, and the quads of its sides: as high as those above are wide, about."""
+    layers = round(THICK / SPACING / 1.4)
+    share = np.arange(1, layers)[:, None, None] / layers
+    rim, place = np.unique(border, return_inverse=True)
+    between = (top[rim] + share * (bottom[rim] - top[rim])).reshape(-1, 3)
+    rows = 2 * len(top) + np.arange((layers - 1) * len(rim)).reshape(-1, len(rim))
+    level = np.concatenate([rim[None], rows, rim[None] + len(top)])
+    start, stop = level[:, place.reshape(-1, 2).T].transpose(1, 0, 2)
+    quads = np.stack([stop[:-1], start[:-1], start[1:], stop[1:]], axis=-1).reshape(-1, 4)
+    return np.concatenate([top, bottom, between]), quads
 
 
 def _ball(generator: np.random.Generator, a: float, name: str) -> RandomBody:
