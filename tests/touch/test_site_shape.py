@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from evifuse.recordings.recording import Fingertip
 from evifuse.recordings.rotation import rotate
-from evifuse.touch import contact_track, find_sites, sense_curvature, site_shape, spherical_fingertip
+from evifuse.touch import (
+    contact_track,
+    find_sites,
+    sense_curvature,
+    site_shape,
+    spherical_fingertip,
+    taxel_pitch_m,
+)
 from evifuse.touch.as_sphere import guided
 from evifuse.touch.patch import Blocks, fit_patch
 from evifuse.touch.profile import press_depth_m, pressure_profile
@@ -86,7 +93,7 @@ def test_the_press_depth_is_told_by_the_patch(depth_m):
     rows = np.flatnonzero(track.interior)
     tip = recording.fingertip
     profile = pressure_profile(tip, recording.pressure_pa[rows], 0.01 * track.direction[rows], 0.006)
-    depth, error = press_depth_m(profile, tip.radius_m, -1 / 0.03)
+    depth, error = press_depth_m(profile, tip.radius_m, -1 / 0.03, taxel_pitch_m(tip))
     assert depth == pytest.approx(depth_m, rel=0.3)
     assert error < 0.2 * depth_m
 

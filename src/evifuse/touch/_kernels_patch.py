@@ -200,3 +200,35 @@ def what_is_left(design, residual, scale, change, left):
             for k in range(PARAMETERS):
                 value -= design[i, c, k] / scale[k] * change[k]
             left[i, c] = value
+
+
+@njit
+def feet(theta, points, foot, height, normal, tensor, steps):
+    """Feet of points (B, 3) on a patch: height (B,) above it, outward normal (B, 3), curvature (B, 3, 3).
+
+    ``foot`` (B, 2) holds where each foot is, and is improved. A step dx along the patch turns its normal by
+    ``-tensor dx``.
+    """
+    value, dx, dy = np.zeros(15), np.zeros(15), np.zeros(15)
+    e = np.empty((2, 3))
+    for i in range(points.shape[0]):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        x, y = _foot(theta, px, py, pz, foot[i, 0], foot[i, 1], value, dx, dy, steps)
+        foot[i, 0], foot[i, 1] = x, y
+        h = _basis(theta, x, y, value, dx, dy)
+        gx, gy = _gradient(theta, x, y)
+        hxx, hxy, hyy = _hessian(theta, x, y, gx, gy)
+        s = np.sqrt(1.0 + gx * gx + gy * gy)
+        nx, ny, nz = -gx / s, -gy / s, 1.0 / s
+        height[i] = (px - x) * nx + (py - y) * ny + (pz - h) * nz
+        normal[i, 0], normal[i, 1], normal[i, 2] = nx, ny, nz
+        e[0, 0], e[0, 1], e[0, 2] = 1.0 - nx * nx, -nx * ny, -nx * nz
+        e[1, 0], e[1, 1], e[1, 2] = -nx * ny, 1.0 - ny * ny, -ny * nz
+        for j in range(3):
+            for k in range(3):
+                tensor[i, j, k] = (
+                    e[0, j] * hxx * e[0, k]
+                    + e[0, j] * hxy * e[1, k]
+                    + e[1, j] * hxy * e[0, k]
+                    + e[1, j] * hyy * e[1, k]
+                ) / s

@@ -4,7 +4,7 @@ A sphere of the fingertip's nominal radius, put against the surface at each cont
 surface at the same place with the same normal. Its centre's way is what the estimators of a spherical
 finger need, and it is exact for any radius. Where the fingertip is flatter than that sphere, an error of
 the contact on the array moves the centre aside. So the contact's way over the finger is smoothed along each
-roll.
+roll, and then moved to where the finger comes closest to the surface that all rolls of the site describe.
 """
 
 from dataclasses import replace
@@ -14,10 +14,15 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.recordings.rotation import rotate
+from evifuse.touch.blocks import Pieces, directions_of, pieces_of, site_frame, spacing_error_rad
 from evifuse.touch.contact import ContactTrack
-from evifuse.touch.fingersurface import SphereSurface, surface_of
+from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
+from evifuse.touch.envelope import closest_contacts
+from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
 from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.patch import Blocks, fit_patch
 from evifuse.touch.pole import pole_of
+from evifuse.touch.quadrics import unit_rows
 from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.sites import ContactSite
 
@@ -25,6 +30,10 @@ __all__ = ["as_sphere", "guided"]
 
 SURROUNDED = 0.7
 """A taxel with fewer neighbours than this share of what is usual is on the rim of the array."""
+ROUNDS = 15
+"""Contacts and patch are found in turns, at most so many times."""
+SETTLED = 3e-4
+"""Contacts that move by less than this share of the finger's radius have settled."""
 
 Array = NDArray[np.float64]
 
@@ -103,19 +112,82 @@ def as_sphere(
     centre, normal, point = guide.position_m.copy(), track.normal.copy(), track.point_m.copy()
     moved: list[ContactSite] = []
     for site in sites:
-        for roll in site.rolls:
-            back = turn[roll] * [-1.0, -1.0, -1.0, 1.0]
-            way = guide.position_m[roll] @ (guide.position_m[roll[-1]] - guide.position_m[roll[0]])
-            share = (way - way.mean()) / max(float(np.ptp(way)), 1e-15)
-            powers = share[:, None] ** np.arange(3)
-            on_finger = rotate(back, track.point_m[roll] - recording.position_m[roll])
-            smooth = powers @ np.linalg.lstsq(powers, on_finger, rcond=None)[0]
-            finger, outward = surface.project(smooth)
+        smooth = [_smooth(recording, guide, track, roll) for roll in site.rolls]
+        if smooth and spread_rad(directions_of(guide, site)) >= NARROWEST_RAD:
+            smooth = _settled(recording, guide, track, site, smooth)
+        for roll, on_finger in zip(site.rolls, smooth, strict=True):
+            finger, outward = surface.project(on_finger)
             normal[roll] = -rotate(turn[roll], outward)
             point[roll] = recording.position_m[roll] + rotate(turn[roll], finger)
             centre[roll] = point[roll] + radius * normal[roll]
         moved.append(_placed(site, guide, centre, normal))
     return replace(recording, position_m=centre), replace(track, normal=normal, point_m=point), moved
+
+
+def _smooth(
+    recording: TouchRecording, guide: TouchRecording, track: ContactTrack, roll: NDArray[np.int64]
+) -> Array:
+    """Contact's way (M, 3) over the finger along a roll, as a parabola."""
+    back = recording.orientation_xyzw[roll] * [-1.0, -1.0, -1.0, 1.0]
+    way = guide.position_m[roll] @ (guide.position_m[roll[-1]] - guide.position_m[roll[0]])
+    share = (way - way.mean()) / max(float(np.ptp(way)), 1e-15)
+    powers = share[:, None] ** np.arange(3)
+    on_finger = rotate(back, track.point_m[roll] - recording.position_m[roll])
+    return powers @ np.linalg.lstsq(powers, on_finger, rcond=None)[0]
+
+
+def _settled(
+    recording: TouchRecording,
+    guide: TouchRecording,
+    track: ContactTrack,
+    site: ContactSite,
+    smooth: list[Array],
+) -> list[Array]:
+    """The same ways where the finger comes closest to the patch that fits them, found in turns."""
+    turn = recording.orientation_xyzw
+    samples, felt = np.concatenate(site.rolls), track.normal.copy()
+    felt[samples] = -rotate(turn[samples], track.direction[samples])
+    pieces = pieces_of(guide, felt, site)
+    rows = np.concatenate([recording.position_m[samples], turn[samples], np.concatenate(smooth)], axis=1)
+    start = np.cumsum(pieces.size) - pieces.size
+    pose = np.add.reduceat(rows, start, axis=0) / pieces.size[:, None]
+    error = spacing_error_rad(recording, track, site)
+    finger = _closest(recording.fingertip, pieces, pose, site, (track.scale_error, error))
+    if not np.isfinite(finger).all():
+        return smooth
+    middle, found = start + 0.5 * (pieces.size - 1), list[Array]()
+    for number, roll in enumerate(site.rolls):
+        own = pieces.roll == number
+        at = start[own][0] + np.arange(len(roll))
+        found.append(np.stack([np.interp(at, middle[own], c) for c in finger[own].T], axis=1))
+    return found
+
+
+def _closest(
+    tip: Fingertip, pieces: Pieces, pose: Array, site: ContactSite, errors: tuple[float, float]
+) -> Array:
+    """Contacts (B, 3) on the finger of the pieces, NaN where nothing fits."""
+    surface: FingerSurface = surface_of(tip)
+    radius = tip.radius_m
+    origin, frame = site_frame(site, radius)
+    position, turn, finger = np.split(pose, [3, 7], axis=1)
+    turn, felt = unit_rows(turn), unit_rows(pieces.means[:, 3:6]) @ frame
+    tilt = felt + pieces.means[:, 6:9] @ frame
+    radii, patch = np.full(len(felt), radius), None
+    for _ in range(ROUNDS):
+        finger, outward = surface.project(finger)
+        centre = position + rotate(turn, finger - radius * outward)
+        blocks = Blocks((centre - origin) @ frame, felt, radii, tilt, pieces.share, pieces.roll, *errors)
+        patch = fit_patch(blocks, 2, patch)
+        if not np.isfinite(patch.parameters).all() or not np.isfinite(patch.covariance).all():
+            return np.full_like(finger, np.nan)
+        before = finger
+        finger = closest_contacts(
+            surface, radius, patch.parameters, (position, turn), finger, (origin, frame)
+        )
+        if np.linalg.norm(finger - before, axis=1).max() < SETTLED * radius:
+            break
+    return finger
 
 
 def _placed(site: ContactSite, guide: TouchRecording, centre: Array, normal: Array) -> ContactSite:

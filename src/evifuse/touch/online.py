@@ -17,7 +17,7 @@ from evifuse.touch.curvature import NARROWEST_RAD, ShapeOperator, spread_rad
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.online_contact import ContactFinder
 from evifuse.touch.patch import Blocks, Patch, fit_patch
-from evifuse.touch.profile import USUAL_DEPTH, press_depth_m
+from evifuse.touch.profile import USUAL_DEPTH_M, press_depth_m
 from evifuse.touch.rolling import SHORTEST_ROLL, tangents
 from evifuse.touch.site_shape import operator_of_patch
 from evifuse.touch.sites import SAME_MIDDLE
@@ -272,8 +272,9 @@ class CurvatureTracker:
         """Press depth and its error, metres."""
         radius = self._tip.radius_m
         if self._finder.profile is None:
-            return USUAL_DEPTH * radius, 0.5 * USUAL_DEPTH * radius
-        return press_depth_m(self._finder.profile, radius, 0.5 * float(patch.parameters[[3, 5]].sum()))
+            return USUAL_DEPTH_M, 0.5 * USUAL_DEPTH_M
+        mean, pitch = 0.5 * float(patch.parameters[[3, 5]].sum()), 2 * self._step_m
+        return press_depth_m(self._finder.profile, radius, mean, pitch)
 
     def _as_blocks(self, site: _Site, rolls: list[Array]) -> Blocks:
         rows = np.concatenate(rolls)

@@ -19,7 +19,7 @@ __all__ = ["Blocks", "Patch", "fit_patch"]
 
 Array = NDArray[np.float64]
 
-HEIGHT_FLOOR = 2.5e-4
+HEIGHT_FLOOR = 1e-4
 """Smallest error of heights that all blocks of a roll share, over the finger's radius.
 
 The press is steady to a fiftieth of its depth at best, and what is left changes slowly along a roll.
@@ -54,6 +54,8 @@ class Blocks:
         Number of the roll, not decreasing.
     scale_error : float
         Standard deviation of the relative scale of the contact's angle that the array leaves.
+    spacing_error_rad : float
+        Smallest scatter of normals that is believed, as the taxels' spacing leaves it, radians.
     """
 
     centre_m: Array
@@ -63,6 +65,7 @@ class Blocks:
     weight: Array
     roll: NDArray[np.int64]
     scale_error: float
+    spacing_error_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,7 @@ def _scatter(left: Array, used: Array, weight: Array, blocks: Blocks) -> tuple[A
     )
     chain = np.clip(product / np.maximum(square.sum(axis=0), 1e-300), 0.0, 0.8)
     own = own * np.sqrt((1 + chain) / (1 - chain))  # neighbours that err together say less
+    own[1] = max(float(own[1]), blocks.spacing_error_rad)
     shared = np.sqrt(len(same) / (1 + np.count_nonzero(~same)))
     floor = np.array([HEIGHT_FLOOR * float(blocks.radius_m.mean()) * shared, ANGLE_FLOOR_RAD])
     return np.hypot(own, floor), blocks.weight[:, None] * robust
@@ -169,22 +173,43 @@ def _prior(theta: Array, scale_error: float) -> Array:
 
 
 def _start(blocks: Blocks) -> Array:
-    """First guess (16,): normals against centres is a linear law for the surface at the centre's height."""
+    """First guess (16,): the surface of the centres, from their heights or from the normals over them.
+
+    Whichever scatters less by what it means for the curvature.
+    """
     root = np.sqrt(blocks.weight)[:, None]
-    rows = np.concatenate([np.ones((len(root), 1)), blocks.centre_m[:, :2]], axis=1) * root
+    x, y, z = blocks.centre_m.T
     radius = float(blocks.radius_m.mean())
-    ridge = (
-        len(root) * (0.01 * radius) ** 2 * np.diag([1.0, 1.0, 1.0])
-    )  # across a single way nothing is known
-    ridge[0, 0] = 1e-9
-    solution = np.linalg.solve(rows.T @ rows + ridge, rows.T @ (-blocks.normal[:, :2] * root))
-    offset, axes = np.linalg.eigh(0.5 * (solution[1:] + solution[1:].T))
-    k = np.maximum(offset / np.maximum(1 + radius * offset, 0.05), -5 / radius)
+    flat = np.stack([np.ones_like(x), x, y], axis=1) * root
+    ridge = len(root) * (0.01 * radius) ** 2 * np.diag([1e-9, 1.0, 1.0])  # across one way nothing is known
+    target = -blocks.normal[:, :2] * root
+    linear = np.linalg.solve(flat.T @ flat + ridge, flat.T @ target)
+    slope, offset = linear[0], 0.5 * (linear[1:] + linear[1:].T)
+    square = 0.5 * np.stack([x * x, 2 * x * y, y * y], axis=1) * root
+    rows = np.concatenate([flat, square], axis=1) / radius ** np.array([0.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    ridge = 1e-5 * len(root) * np.diag([0.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    bent = np.linalg.solve(rows.T @ rows + ridge, rows.T @ (z * root[:, 0]))
+    reach = float(np.sqrt(np.average(x * x + y * y, weights=blocks.weight)))
+    by_normals = float(np.std(target - flat @ linear))
+    by_heights = 4 / reach * float(np.std(z * root[:, 0] - rows @ bent))
+    if by_heights < by_normals:
+        slope, offset = bent[1:3] / radius, bent[[[3, 4], [4, 5]]] / radius**2
+    return _under(blocks, slope, offset)
+
+
+def _under(blocks: Blocks, slope: Array, offset: Array) -> Array:
+    """Parameters (16,) of the surface one radius below that of the centres, with its slope and curvature."""
+    radius = float(blocks.radius_m.mean())
+    values, axes = np.linalg.eigh(offset)
+    k = np.maximum(values / np.maximum(1 + radius * values, 0.05), -5 / radius)
     (xx, xy), (_, yy) = axes @ np.diag(k) @ axes.T
     theta = np.zeros(16)
-    theta[1:6] = *solution[0], xx, xy, yy
-    contact = blocks.centre_m - blocks.radius_m[:, None] * blocks.normal
+    theta[1:6] = *slope, xx, xy, yy
+    steep = slope + blocks.centre_m[:, :2] @ offset
+    upright = np.concatenate([-steep, np.ones((len(steep), 1))], axis=1)
+    upright /= np.sqrt(1 + np.square(steep).sum(axis=1, keepdims=True))
+    contact = blocks.centre_m - blocks.radius_m[:, None] * upright
     x, y = contact[:, 0], contact[:, 1]
-    slope = theta[1] * x + theta[2] * y + 0.5 * (xx * x**2 + 2 * xy * x * y + yy * y**2)
-    theta[0] = np.average(contact[:, 2] - slope, weights=blocks.weight)
+    rise = theta[1] * x + theta[2] * y + 0.5 * (xx * x**2 + 2 * xy * x * y + yy * y**2)
+    theta[0] = np.average(contact[:, 2] - rise, weights=blocks.weight)
     return theta

@@ -4,20 +4,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
+from evifuse.touch.blocks import directions_of, pieces_of, site_frame, spacing_error_rad
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import NARROWEST_RAD, ShapeOperator, spread_rad
+from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.patch import Blocks, Patch, fit_patch
 from evifuse.touch.profile import press_depth_m, pressure_profile
-from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["operator_of_patch", "site_shape"]
 
 Array = NDArray[np.float64]
-
-FEWEST_BLOCKS, MOST_BLOCKS = 6, 24
-"""How many pieces a roll is cut into; as long as half the distance between taxels where that is possible."""
 
 
 def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> ShapeOperator | None:
@@ -39,11 +37,9 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
         patch can be fitted to what was felt.
     """
     tip = recording.fingertip
-    if not site.rolls or spread_rad(_directions(recording, site)) < NARROWEST_RAD:
+    if not site.rolls or spread_rad(directions_of(recording, site)) < NARROWEST_RAD:
         return None
-    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
-    origin = site.centre_m - tip.radius_m * site.normal
-    patch = fit_patch(_blocks(recording, track, site, origin, frame))
+    patch = fit_patch(_blocks(recording, track, site))
     if not np.isfinite(patch.parameters).all():
         return None
     xx, _, yy = patch.parameters[3:6]
@@ -54,7 +50,9 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
         tip.radius_m * track.direction[samples],
         max(4 * taxel_pitch_m(tip), 0.6 * tip.radius_m),
     )
-    shape = operator_of_patch(patch, *press_depth_m(profile, tip.radius_m, 0.5 * float(xx + yy)))
+    shape = operator_of_patch(
+        patch, *press_depth_m(profile, tip.radius_m, 0.5 * float(xx + yy), taxel_pitch_m(tip))
+    )
     return shape if np.isfinite([shape.k1_error_per_m, shape.k2_error_per_m]).all() else None
 
 
@@ -90,39 +88,31 @@ def operator_of_patch(patch: Patch, depth_m: float, depth_error_m: float) -> Sha
     return ShapeOperator(float(k[1]), float(k[0]), float(error[1]), float(error[0]), direction, covariance)
 
 
-def _directions(recording: TouchRecording, site: ContactSite) -> list[float]:
-    """Directions of the rolls in the site's tangent plane, radians."""
-    axes = np.stack(tangents(site.normal))
-    ways = [axes @ (recording.position_m[roll[-1]] - recording.position_m[roll[0]]) for roll in site.rolls]
-    return [float(np.arctan2(way[1], way[0])) for way in ways]
-
-
-def _blocks(
-    recording: TouchRecording, track: ContactTrack, site: ContactSite, origin: Array, frame: Array
-) -> Blocks:
+def _blocks(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> Blocks:
     """Means over short pieces of all rolls, in the frame of the site."""
-    from evifuse.touch._kernels_rolls import roll_pieces
-
     tip = recording.fingertip
-    pole = tip.normals.mean(axis=0)
-    pole = pole / np.linalg.norm(pole)
-    step = 0.5 * taxel_pitch_m(tip)
-    parts: list[tuple[Array, Array, NDArray[np.int64]]] = []
-    for number, roll in enumerate(site.rolls):
-        means, size = roll_pieces(
-            recording.position_m, track.normal, recording.orientation_xyzw, pole, roll, step,
-            FEWEST_BLOCKS, MOST_BLOCKS,
-        )  # fmt: skip
-        full = np.minimum(size / np.median(size), 1.0)
-        parts.append((means, full, np.full(len(full), number, np.int64)))
-    rows, weight, label = (np.concatenate(part) for part in zip(*parts, strict=True))
+    origin, frame = site_frame(site, tip.radius_m)
+    pieces = pieces_of(recording, _felt(recording, track, site), site)
+    rows = pieces.means
     normal = rows[:, 3:6] / np.linalg.norm(rows[:, 3:6], axis=1, keepdims=True)
     return Blocks(
         centre_m=(rows[:, :3] - origin) @ frame,
         normal=normal @ frame,
         radius_m=np.full(len(rows), tip.radius_m),
         tilt=(normal + rows[:, 6:9]) @ frame,
-        weight=weight,
-        roll=label,
+        weight=pieces.share,
+        roll=pieces.roll,
         scale_error=track.scale_error,
+        spacing_error_rad=spacing_error_rad(recording, track, site),
     )
+
+
+def _felt(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> Array:
+    """Normals (T, 3) as the taxels alone say; those of the track are smooth where the finger is no sphere."""
+    from evifuse.touch._kernels_contact import turned
+
+    if isinstance(surface_of(recording.fingertip), SphereSurface):
+        return track.normal
+    samples, normal = np.concatenate(site.rolls), track.normal.copy()
+    normal[samples] = -turned(recording.orientation_xyzw, samples, track.direction[samples])
+    return normal
