@@ -78,7 +78,9 @@ def _measured(
         rows = list(touch_curvature.run(seed, 2 if quick else 5, ("clean", "modest"), real_layouts()))
         return rows, touch_curvature.summary(rows), touch_curvature.print_summary
     if part == "sparse":
-        rows = list(touch_sparse.run(seed, "modest", (8,) if quick else (4, 6, 8), 6 if quick else 2))
+        rows = list(
+            touch_sparse.run(seed, ("clean", "modest"), (8,) if quick else (4, 6, 8), 6 if quick else 2)
+        )
         return rows, touch_sparse.summary(rows), touch_sparse.print_summary
     if part == "primitives":
         meshes = touch_primitives.load_meshes(objects)

@@ -41,7 +41,7 @@ class SiteRow:
     pignistic: dict[str, float]
     chapter_pignistic: dict[str, float]
     masses: dict[str, float] = field(default_factory=dict[str, float])
-    edge: bool = False
+    edge: str = ""
 
     @property
     def relative(self) -> float:
@@ -127,10 +127,17 @@ def rows_of(
                 pignistic=_shares(None if site is None else site.evidence),
                 chapter_pignistic=_shares(by_chapter.evidence),
                 masses={} if site is None else site.evidence.as_dict(),
-                edge=site is not None and site.edge is not None,
+                edge=_edge(site),
             )
         )
     return rows
+
+
+def _edge(site: FeltSite | None) -> str:
+    """What kind of edge was felt, or nothing."""
+    if site is None or site.edge is None:
+        return ""
+    return "corner" if site.edge.corner else "edge"
 
 
 def _errors(site: FeltSite | None) -> tuple[float, float]:

@@ -23,7 +23,7 @@ __all__ = ["Edge", "beside_edges", "find_edge", "site_edge", "taxel_angle_rad"]
 
 SHARP = 0.125
 """A rounding is an edge when its radius is surely below this share of the fingertip's."""
-OPEN = 0.5
+OPEN = 0.35
 """Or when its interval holds 0 and ends below this share."""
 TIMES_THE_ERROR = 2.0
 """Half the width of that interval, in standard errors: 95 %."""
@@ -90,7 +90,7 @@ def find_edge(recording: TouchRecording, track: ContactTrack, site: ContactSite)
 def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
     """What the roundings that the rolls of a site crossed say together.
 
-    Of roundings in the same direction the one that is known best counts.
+    One that is known better outdoes others: a roll along a thin rod sees little of it.
 
     Parameters
     ----------
@@ -112,11 +112,12 @@ def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
     if not sharp:
         return None
     best = min(sharp, key=lambda own: (own.convex, own.error_m))
-    alike = [own for own in sharp if own.convex == best.convex]
+    reach = SHARP * radius_m
+    alike = [own for own in felt if own.convex == best.convex and _interval(own)[0] <= reach]
     turn = max(own.turn_rad for own in alike)
     corner = best.convex and any(_apart(own, best) > CORNER_RAD for own in alike)
     spread = max(own.radius_m for own in alike) - min(own.radius_m for own in alike)
-    largest = max(map(_largest, alike)) + spread if corner else _largest(best)
+    largest = max(_interval(own)[1] for own in alike) + spread if corner else _interval(best)[1]
     return Edge(
         turn_rad=turn,
         radius_m=max(best.radius_m, 0.0),
@@ -148,23 +149,23 @@ def beside_edges(sites: Sequence[ContactSite], edges: Sequence[Edge | None], rad
     return [any(np.linalg.norm(site.centre_m - p) < BESIDE * radius_m for p in places) for site in sites]
 
 
-def _largest(own: Rounding) -> float:
-    """Upper end of the radius' interval, metres."""
-    return max(own.radius_m, 0.0) + TIMES_THE_ERROR * own.error_m
+def _interval(own: Rounding) -> tuple[float, float]:
+    """Interval (95 %) of the radius, metres; what is below 0 by error counts as 0."""
+    half = TIMES_THE_ERROR * own.error_m
+    return own.radius_m - half, max(own.radius_m, 0.0) + half
 
 
 def _is_sharp(own: Rounding, radius_m: float) -> bool:
     """Whether a rounding is surely narrow, or can't be told from a sharp edge."""
     if not own.convex:
         return True
-    low, high = (own.radius_m + sign * TIMES_THE_ERROR * own.error_m for sign in (-1, 1))
+    low, high = _interval(own)
     return high <= SHARP * radius_m or (low <= 0 and high <= OPEN * radius_m)
 
 
 def _outdoes(other: Rounding, own: Rounding, radius_m: float) -> bool:
-    """Whether another roll in the same direction knows better that the rounding is not sharp."""
-    better = other.convex == own.convex and other.error_m < own.error_m and _apart(other, own) <= CORNER_RAD
-    return better and not _is_sharp(other, radius_m)
+    """Whether another roll knows better that the rounding is not sharp."""
+    return other.convex == own.convex and other.error_m < own.error_m and not _is_sharp(other, radius_m)
 
 
 def _apart(one: Rounding, other: Rounding) -> float:
