@@ -118,7 +118,7 @@ def test_what_is_hardly_meant_is_said_beside_what_to_do(
         ("fingertip", "refused", "positions in mm?", {"positions_m": tip.positions_m * 1000}),
         ("fingertip", "refused", "in (0, 1) m, not 10", {"radius_m": tip.radius_m * 1000}),
         ("pressures", "note", "is the unit right?", {"pressure_pa": rolled.pressure_pa / 1000}),
-        ("time", "refused", "is it in us: multiply by 1000?", {"time_ns": rolled.time_ns // 1000}),
+        ("time", "refused", "is it in us? multiply by 1000", {"time_ns": rolled.time_ns // 1000}),
         ("pressures", "refused", "have no unit", {"pressure_pa": None, "pressure": rolled.pressure_pa}),
     ):
         code, out, _ = run(stored(rolled, tmp_path / "odd.npz", **values), "--json")

@@ -2,17 +2,22 @@
 
 import io
 import json
+import signal
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
 
+from evifuse.app import live
 from evifuse.app.main import main
-from evifuse.recordings import read_touch, write_touch
+from evifuse.recordings import messages, read_touch, write_touch
 from evifuse.recordings.recording import TouchRecording
 from evifuse.simulation import simulate
 
@@ -20,10 +25,15 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
+def run(call: Run) -> Run:
+    return lambda *arguments: call("touch", *arguments)
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str]) -> Run:
     def call(*arguments: object) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as stopped:
-            main(["touch", *map(str, arguments)])
+            main([*map(str, arguments)])
         out, err = capsys.readouterr()
         assert isinstance(stopped.value.code, int)
         assert "Traceback" not in err
@@ -96,16 +106,36 @@ def test_a_layout_stands_in_for_a_missing_one(run: Run, file: Path, rolled: Touc
     code, out, err = run(table)
     assert (code, out) == (2, "")
     assert "'# fingertip_radius_m: ...' is needed" in err
-    tip = rolled.fingertip
-    layout = {
-        "radius_m": tip.radius_m,
-        "positions_m": tip.positions_m.tolist(),
-        "normals": tip.normals.tolist(),
-    }
-    (file.parent / "tip.json").write_text(json.dumps(layout))
+    write_tip(rolled, file.parent / "tip.json")
     code, out, _ = run(table, "--fingertip", file.parent / "tip.json", "--json")
     assert code == 0
     assert k1(out) == pytest.approx(k1(run(file, "--json")[1]), rel=1e-4)
+
+
+def write_tip(rolled: TouchRecording, path: Path) -> None:
+    """The fingertip of a recording as a layout."""
+    tip = rolled.fingertip
+    lists = {"positions_m": tip.positions_m.tolist(), "normals": tip.normals.tolist()}
+    path.write_text(json.dumps({"radius_m": tip.radius_m} | lists))
+
+
+def plain_bag(rolled: TouchRecording, folder: Path, plugin: StoragePlugin) -> Path:
+    """What a robot's own recorder would write: poses, and arrays in kPa."""
+    store = messages.typestore()
+    types = store.types
+    layout = types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+    kinds = {"/arm/pose": "geometry_msgs/msg/PoseStamped", "/tip/raw": "std_msgs/msg/Float32MultiArray"}
+    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+        links = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()}
+        for i, time_ns in enumerate(rolled.time_ns.tolist()):
+            values = (rolled.pressure_pa[i] / 1000).astype(np.float32)
+            sent = {
+                "/arm/pose": messages.pose_message(time_ns, rolled.position_m[i], rolled.orientation_xyzw[i]),
+                "/tip/raw": types[kinds["/tip/raw"]](layout=layout, data=values),
+            }
+            for topic, message in sent.items():
+                writer.write(links[topic], time_ns, store.serialize_cdr(message, kinds[topic]))
+    return folder
 
 
 # Bad input
@@ -209,8 +239,18 @@ def test_one_direction_only(run: Run, rolled: TouchRecording, tmp_path: Path) ->
     write_touch(tmp_path / "one.npz", short)
     code, out, _ = run(tmp_path / "one.npz", "--json")
     assert code == 0
-    assert json.loads(out)["sites"][0]["k1_per_m"] is None
-    assert "one direction only" in json.loads(out)["warnings"][0]
+    (site,) = json.loads(out)["sites"]
+    assert site["k1_per_m"] is None
+    assert site["known_curvature_per_m"] == pytest.approx(33.3, rel=0.02)
+    assert site["known_standard_error_per_m"] > 0
+    assert np.sin(site["known_direction_rad"]) == pytest.approx(0, abs=0.02)  # along the world's x axis
+    assert site["unknown_direction_rad"] == pytest.approx(np.pi / 2, abs=0.02)
+    (warning,) = json.loads(out)["warnings"]
+    assert "in one direction only, along 0 degrees: the curvature along it is 33." in warning
+    assert "the one across it, along 90 degrees, can't be known" in warning
+    code, out, _ = run(tmp_path / "one.npz")
+    assert code == 0
+    assert "the one across it, along 90 degrees, can't be known" in out
 
 
 def test_no_contact_at_all_is_evidence(run: Run, rolled: TouchRecording, tmp_path: Path) -> None:
@@ -265,14 +305,73 @@ def test_other_formats_that_are_cut(run: Run, rolled: TouchRecording, tmp_path: 
         write_touch(file, rolled)
         data = file.read_bytes()
         file.write_bytes(data[: len(data) * 3 // 4])
-        code, out, err = run(file)
+        code, out, err = run(file, "--json")
         assert err.count("\n") == 1
-        if suffix == "csv":
+        if suffix == "parquet":  # its directory is at the end
+            assert (code, out) == (2, "")
+            assert "not a whole Parquet file (nothing of one that is cut off can be read" in err
+        else:
             assert code == 0
             assert "is cut off" in err
-        else:
-            assert (code, out) == (2, "")
-            assert "not a whole" in err
+            assert json.loads(out)["decision"] == "curved"
+
+
+@pytest.mark.parametrize("name", ["f.mcap", "f.csv", "f.npz"])
+def test_fusion_takes_what_is_whole_of_a_recording_that_is_cut(
+    call: Callable[..., tuple[int, str, str]], rolled: TouchRecording, tmp_path: Path, name: str
+) -> None:
+    file = tmp_path / name
+    write_touch(file, rolled)
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) * 3 // 4])
+    code, out, err = call("fuse", "--touch", file, "--json")
+    assert code == 0
+    assert "cut off" in err
+    assert err.count("\n") == 1
+    assert json.loads(out)["decision"] == "curved"
+    assert any("cut off" in warning for warning in json.loads(out)["warnings"])
+    code, out, err = call("fuse", "--touch", file)
+    assert code == 0
+    assert "cut off" in err
+    assert "cut off" not in out
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_a_bag_of_another_robot(
+    call: Callable[..., tuple[int, str, str]], rolled: TouchRecording, tmp_path: Path, plugin: StoragePlugin
+) -> None:
+    """Pose and plain array on topics of their own, no joint; then the file is cut."""
+    write_tip(rolled, tmp_path / "tip.json")
+    folder = plain_bag(rolled, tmp_path / "bag", plugin)
+    needed = ("--fingertip", tmp_path / "tip.json", "--unit", "kPa")
+    code, out, err = call("touch", folder, *needed, "--json")
+    assert code == 0
+    said = err.splitlines()
+    assert "pressures taken from topic /tip/raw" in said[0]
+    assert "pose taken from topic /arm/pose" in said[1]
+    assert "no joint angle: slip can't be told" in said[2]
+    found = json.loads(out)
+    assert found["decision"] == "curved"
+    assert {roll["slip"] for roll in found["local_curvatures"]} == {None}
+    assert {roll["joint_curvature_per_m"] for roll in found["local_curvatures"]} == {None}
+    code, _, err = call("touch", folder, *needed, "--topics", "pose=/arm/pose,pressures=/tip/raw", "--json")
+    assert (code, err.count("\n")) == (0, 1)  # what was named is not said
+    code, out, _ = call("check", folder, *needed)
+    assert code == 0
+    assert "pose taken from topic /arm/pose" in out
+    code, out, err = call("fuse", folder, *needed, "--json")
+    assert code == 0
+    assert json.loads(out)["decision"] == "curved"
+    for missing, says in ((needed[2:], "or --fingertip"), (needed[:2], "give it with --unit")):
+        code, out, err = call("touch", folder, *missing)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert says in err
+    (file,) = (p for p in folder.iterdir() if p.suffix in (".mcap", ".db3"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 3 // 4])
+    code, out, err = call("touch", folder, *needed, "--json")
+    assert code == 0
+    assert "cut off or damaged" in err
+    assert json.loads(out)["decision"] == "curved"
 
 
 @pytest.mark.parametrize(
@@ -369,7 +468,88 @@ def test_live_lines_that_can_not_be_used_are_left_out(
         assert f"line {501 + number} is left out: " in said[number]
         assert text in said[number]
     assert "'pressure' has no unit" in said[4]
+    assert err.count("is left out") == 5  # named one by one
     assert said[-1] == "evifuse: 2000 samples felt, 8 lines left out"
+
+
+def test_live_with_a_dead_taxel_and_without_a_joint(
+    run: Run, rolled: TouchRecording, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = [json.loads(line) for line in lines_of(rolled)]
+    for line in lines[1:]:
+        line["pressure_kpa"][40] = None
+        del line["joint_angle_rad"]
+    feed(monkeypatch, [json.dumps(line) for line in lines])
+    code, out, err = run("-", "--json")
+    assert code == 0
+    last = json.loads(out.splitlines()[-1])
+    assert last["sites"][0]["k1_per_m"] == pytest.approx(k1(run(file, "--json")[1]), rel=0.02)
+    assert last["local_curvatures"][0]["slip"] is None
+    said = err.splitlines()
+    assert said[0] == "evifuse: live: taxel 40 is NaN throughout, left out of the fingertip"
+    assert "no joint angle" in said[1]
+    assert said[2:] == ["evifuse: 2000 samples felt"]  # each is said once
+
+
+def test_live_when_the_clock_is_set_back(
+    run: Run, rolled: TouchRecording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sensor that is switched on again counts from anew; single late lines are left out."""
+    lines = lines_of(rolled)
+    feed(monkeypatch, [*lines[:900], lines[300], *lines[900:1001], *lines[1:1001]])
+    code, out, err = run("-", "--json")
+    assert code == 0
+    assert "the clock was set back by" in err
+    assert err.splitlines()[-1] == "evifuse: 1951 samples felt, 50 lines left out"
+    assert json.loads(out.splitlines()[-1])["time_ns"] == int(rolled.time_ns[999])
+
+
+def test_live_takes_no_longer_after_many_samples(
+    run: Run, rolled: TouchRecording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is felt after a contact is bounded, and the last line looks back further."""
+    monkeypatch.setattr(live, "RECENT", 600)
+    monkeypatch.setattr(live, "LONGEST_WINDOW", 1200)
+    felt: list[int] = []
+    sense = live.sense_curvature
+
+    def counted(recording: TouchRecording, *more: Any, **options: Any) -> Any:
+        felt.append(len(recording.time_ns))
+        return sense(recording, *more, **options)
+
+    monkeypatch.setattr(live, "sense_curvature", counted)
+    feed(monkeypatch, lines_of(rolled))
+    code, out, _ = run("-", "--json")
+    assert code == 0
+    assert max(felt[:-1]) == 600
+    assert felt[-1] == 1200
+    assert json.loads(out.splitlines()[-1])["samples"] == 2000
+
+
+def test_live_tells_what_it_knows_at_ctrl_c(rolled: TouchRecording, tmp_path: Path) -> None:
+    """A slow producer: each line comes out when its contact ends, and the signal asks for the last."""
+    lines = [line.encode() for line in lines_of(rolled)]
+    command = [sys.executable, "-m", "evifuse", "touch", "-", "--json"]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdin.write(b"\n".join([lines[0], b"\xff\xfe{", *lines[1:700]]) + b"\n")
+        process.stdin.flush()
+        first = json.loads(process.stdout.readline())  # while the pipe is open
+        assert first["samples"] < 400
+        second = json.loads(process.stdout.readline())
+        assert first["samples"] < second["samples"] < 700
+        process.send_signal(signal.SIGINT)
+        rest, said = process.stdout.read().splitlines(), process.stderr.read().decode().splitlines()
+    assert process.returncode == 130
+    last = json.loads(rest[-1])
+    assert second["samples"] <= last["samples"] <= 699
+    assert last["local_curvatures"]
+    assert "line 2 is left out: it is not JSON" in said[0]
+    assert said[-1] == f"evifuse: stopped: {last['samples']} samples felt, 1 lines left out"
 
 
 def test_live_without_a_fingertip_or_samples(

@@ -160,11 +160,11 @@ CHANGES = {
     "quaternions must have length 1": ("pose", lambda r: replace(r, pose=r.pose * 1.5)),
     "normals must have length 1": ("fingertip", lambda r: replace(r, normals=r.normals * 2)),
     "are positions in mm?": ("fingertip", lambda r: replace(r, positions_m=r.positions_m * 1000)),
-    "is it in us: multiply by 1000?": (
+    "is it in us? multiply by 1000": (
         "time",
         lambda r: replace(r, **{key: getattr(r, key) // 1000 for key in TIMES}),
     ),
-    "is it in ms: multiply by 1000000?": (
+    "is it in ms? multiply by 1000000": (
         "time",
         lambda r: replace(r, **{key: getattr(r, key) // 10**6 for key in TIMES}),
     ),
@@ -331,6 +331,42 @@ def test_bags_of_several_files(tmp_path: Path, plugin: StoragePlugin, suffix: st
     part = read_touch(whole, partial=True)
     assert 15 <= len(part.time_ns) < 40
     assert "whole_10" in part.notes[0]
+
+
+@pytest.mark.parametrize("taxels", [5, 400])
+def test_a_sqlite_file_cut_anywhere_gives_its_whole_messages(tmp_path: Path, taxels: int):
+    """With many taxels, a message goes on over several pages."""
+    from evifuse.recordings.bags import read_sqlite
+    from evifuse.recordings.mcap_writer import _touch_messages
+
+    touch, store = made_touch(300, taxels), messages.typestore()
+    with RosWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        links = {
+            t: writer.add_connection(t, messages.TOPIC_TYPES[t], typestore=store)
+            for t in (messages.TAXELS, messages.FINGER_POSE, messages.FINGER_JOINT)
+        }
+        for topic, time_ns, message in _touch_messages(touch):
+            writer.write(links[topic], time_ns, store.serialize_cdr(message, messages.TOPIC_TYPES[topic]))
+    file = tmp_path / "bag" / "bag.db3"
+    whole = read_sqlite(file)
+    assert not whole.damage
+    data, lengths = file.read_bytes(), []
+    for cut in np.linspace(200, len(data) - 1, 40).astype(int).tolist():
+        file.write_bytes(data[:cut])
+        part = read_sqlite(file)
+        assert "cut off" in part.damage
+        for name, topic in part.topics.items():
+            assert topic.data == whole.topics[name].data[: len(topic.data)]
+            assert topic.log_time_ns == whole.topics[name].log_time_ns[: len(topic.data)]
+        lengths.append(sum(len(topic.data) for topic in part.topics.values()))
+    assert lengths == sorted(lengths)
+    assert lengths[0] == 0
+    assert lengths[20] > 0.35 * 900
+    assert lengths[-1] > 0.9 * 900
+    with pytest.raises(RecordingError, match="cut off"):
+        read_touch(tmp_path / "bag")
+    read = read_touch(tmp_path / "bag", partial=True)
+    np.testing.assert_allclose(read.pressure_pa, touch.pressure_pa[: len(read.time_ns)], rtol=1e-6)
 
 
 def test_sqlite_files_that_are_none(tmp_path: Path):

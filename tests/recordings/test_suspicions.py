@@ -66,4 +66,4 @@ def test_slip_and_noise_are_not_suspected(noise: Noise):
 def test_times_in_other_units(unit: str, factor: int, rate_hz: int):
     time_ns = 1_700_000_000_000_000_000 + (np.arange(30 * rate_hz) * (1e9 / rate_hz)).astype(np.int64)
     said = suspected_time_unit(time_ns // factor)
-    assert said == (f"{unit}: multiply by {factor}" if unit else "")
+    assert said == (f"{unit}? multiply by {factor}" if unit else "")

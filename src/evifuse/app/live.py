@@ -1,6 +1,7 @@
 """``evifuse touch --live``: samples on standard input, one JSON object on each line, felt as they come.
 
-What a line holds is in `evifuse.app.samples`.
+What a line holds is in `evifuse.app.samples`. What is said after a contact comes from the samples of a window
+of bounded length, so that it takes no longer after an hour than after a minute.
 """
 
 import json
@@ -11,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from evifuse.app.samples import Sample, UnknownFingertipError, parse_fingertip, parse_line, parse_sample
+from evifuse.app.interrupts import until_stopped
+from evifuse.app.samples import UnknownFingertipError, parse_fingertip, parse_line, parse_sample
 from evifuse.app.touches import Feeling, line_of
+from evifuse.app.window import Window
 from evifuse.errors import InputError, RecordingError
-from evifuse.recordings.checks import checked_touch
 from evifuse.recordings.clock import LONGEST_GAP_S
-from evifuse.recordings.recording import Fingertip, TouchRecording
+from evifuse.recordings.recording import Fingertip
 from evifuse.touch import FeltSurface, sense_curvature
 from evifuse.touch.contact import CONTACT_FLOOR_PA, noise_pa
 from evifuse.touch.online import CurvatureTracker, Tracking
@@ -24,9 +26,13 @@ from evifuse.touch.online import CurvatureTracker, Tracking
 __all__ = ["LiveTouch", "feel_live"]
 
 LONGEST_WINDOW = 60_000
-"""Samples that are kept; older ones are forgotten."""
+"""Samples that are kept for what is said in the end; older ones are forgotten."""
+RECENT = 20_000
+"""Samples that a line after a contact tells about: they take a tenth of a second."""
 SETTLED_NS = 20_000_000
 """A contact has ended when there was none for so long: 20 ms."""
+RESTARTED = 50
+"""After so many samples in a row that are not later than the last good one, the clock has been set anew."""
 NAMED = 5
 """Lines that can't be used and are named one by one."""
 
@@ -41,29 +47,41 @@ class LiveTouch:
         How they are to be felt.
     fingertip : Fingertip
         Geometry of the fingertip.
-    samples : list of Sample
-        The latest, oldest first.
+    taken : int
+        Samples that were taken.
     """
 
     feeling: Feeling
     fingertip: Fingertip
-    samples: list[Sample] = field(default_factory=list[Sample])
+    taken: int = 0
+    _window: Window = field(init=False)
     _tracker: CurvatureTracker = field(init=False)
     _floor_pa: float = field(init=False, default=CONTACT_FLOOR_PA)
     _touched_ns: int = field(init=False, default=0)
     _touching: bool = field(init=False, default=False)
     _now: Tracking | None = field(init=False, default=None)
+    _late: int = field(init=False, default=0)
+    _noted: set[str] = field(init=False, default_factory=set[str])
 
     def __post_init__(self) -> None:
-        self._tracker = CurvatureTracker(self.fingertip)
+        self._begin()
 
-    def add(self, sample: Sample) -> bool:
-        """Take a sample.
+    def _begin(self) -> None:
+        self._window = Window(self.fingertip, LONGEST_WINDOW)
+        self._tracker, self._now, self._touching = CurvatureTracker(self.fingertip), None, False
+
+    @property
+    def time_ns(self) -> int:
+        """Time of the last sample; -1 without one."""
+        return self._window.time_ns
+
+    def take(self, said: Any) -> bool:
+        """Take a line that was parsed.
 
         Parameters
         ----------
-        sample : Sample
-            Later than the last.
+        said : Any
+            What the line holds.
 
         Returns
         -------
@@ -73,24 +91,30 @@ class LiveTouch:
         Raises
         ------
         RecordingError
-            If it is not later.
+            If it is no sample, or not later than the last one.
         """
-        last = self.samples[-1].time_ns if self.samples else -1
+        sample = parse_sample(said, len(self.fingertip.positions_m), self.feeling.given.unit)
+        last = self.time_ns
         if sample.time_ns <= last:
-            raise RecordingError(f"time_ns does not increase ({sample.time_ns} after {last})")
+            self._late += 1
+            if self._late < RESTARTED:
+                raise RecordingError(f"time_ns does not increase ({sample.time_ns} after {last})")
+            _notice(f"the clock was set back by {(last - sample.time_ns) * 1e-9:.1f} s: starting afresh")
+            self._begin()
+            last = -1
+        self._late = 0
+        pressure = np.nan_to_num(sample.pressure_pa)
         self._now = self._tracker.update(
-            sample.time_ns, sample.pose[:3], sample.pose[3:], sample.joint_rad, sample.pressure_pa
+            sample.time_ns, sample.pose[:3], sample.pose[3:], sample.joint_rad, pressure
         )
-        gap = bool(self.samples) and sample.time_ns - last > LONGEST_GAP_S * 1e9
-        self.samples.append(sample)
-        if len(self.samples) > LONGEST_WINDOW:
-            del self.samples[: LONGEST_WINDOW // 10]
-        peak = float(sample.pressure_pa.max())
-        if len(self.samples) % 500 == 0:
-            recent = np.stack([s.pressure_pa for s in self.samples[-2000:]])
+        gap = last >= 0 and sample.time_ns - last > LONGEST_GAP_S * 1e9
+        self._window.add(sample)
+        self.taken += 1
+        if self.taken % 500 == 0:
+            recent = np.nan_to_num(self._window.pressure_pa(2000))
             self._floor_pa = max(CONTACT_FLOOR_PA, 8 * noise_pa(recent), 0.02 * float(recent.max()))
         ended = self._touching and (gap or sample.time_ns - self._touched_ns > SETTLED_NS)
-        if peak > self._floor_pa:
+        if float(pressure.max()) > self._floor_pa:
             self._touched_ns, self._touching = sample.time_ns, True
         elif ended:
             self._touching = False
@@ -120,31 +144,33 @@ class LiveTouch:
             "k2_standard_error_per_m": None if shape is None else shape.k2_error_per_m,
         }
 
-    def feel(self) -> FeltSurface:
-        """What the samples so far say.
+    def feel(self, samples: int = LONGEST_WINDOW) -> FeltSurface:
+        """What the last samples say; what the door notes about them is said on standard error, once.
+
+        Parameters
+        ----------
+        samples : int
+            How many at most.
 
         Returns
         -------
         FeltSurface
             As from a recording of them.
         """
-        pose = np.stack([s.pose for s in self.samples])
-        recording = TouchRecording(
-            self.fingertip,
-            np.array([s.time_ns for s in self.samples], dtype=np.int64),
-            pose[:, :3],
-            pose[:, 3:],
-            np.array([s.joint_rad for s in self.samples]),
-            np.stack([s.pressure_pa for s in self.samples]),
-            "live",
-        )
-        return sense_curvature(checked_touch(recording), self.feeling.knowledge, belief=self.feeling.belief)
+        recording = self._window.recording(samples)
+        for note in recording.notes:
+            kind = "".join(c for c in note if not c.isdigit())  # numbers grow with the window
+            if kind not in self._noted:
+                self._noted.add(kind)
+                _notice(note)
+        return sense_curvature(recording, self.feeling.knowledge, belief=self.feeling.belief)
 
 
 def feel_live(lines: Iterable[str], feeling: Feeling, every: int | None, as_json: bool) -> None:
     """Feel samples as they come, and print a line after each contact.
 
-    A line that can't be used is named on standard error, and the next ones are read.
+    A line that can't be used is named on standard error, and the next ones are read. When the input ends or
+    is stopped by Ctrl-C, the last line tells what the samples in the window say.
 
     Parameters
     ----------
@@ -161,64 +187,96 @@ def feel_live(lines: Iterable[str], feeling: Feeling, every: int | None, as_json
     ------
     RecordingError
         If the fingertip is not known, or no line could be used.
+    KeyboardInterrupt
+        After Ctrl-C, with what was done until then.
     """
-    tip = feeling.given.fingertip
-    live = None if tip is None else LiveTouch(feeling, tip)
-    taken, left_out, said_at = 0, 0, 0
-    try:
+    stream = _Stream(feeling, every, as_json)
+    with until_stopped(lines) as taken:
+        stream.read(taken)
+        summary = stream.end()
+    if taken.stopped:
+        raise KeyboardInterrupt(f"stopped: {summary}")
+    _notice(summary)
+
+
+@dataclass
+class _Stream:
+    """Lines as they come, and what is printed for them."""
+
+    feeling: Feeling
+    every: int | None
+    as_json: bool
+    live: LiveTouch | None = None
+    left_out: int = 0
+    said_at: int = 0
+
+    def read(self, lines: Iterable[str]) -> None:
+        """Take one line after another."""
+        tip = self.feeling.given.fingertip
+        self.live = None if tip is None else LiveTouch(self.feeling, tip)
         for number, line in enumerate(lines, start=1):
             if not line.strip():
                 continue
             try:
-                said = parse_line(line)
-                if isinstance(said, dict) and "fingertip" in said:
-                    tip = parse_fingertip(said["fingertip"])
-                    live = live or LiveTouch(feeling, tip)
-                    continue
-                if live is None:
-                    raise UnknownFingertipError(
-                        "the fingertip is not known: give --fingertip, or a first line with 'fingertip'"
-                    )
-                ended = live.add(parse_sample(said, len(live.fingertip.positions_m)))
+                ended = self._take(parse_line(line))
             except UnknownFingertipError:
                 raise
             except InputError as error:
-                left_out += 1
-                if left_out <= NAMED:
+                self.left_out += 1
+                if self.left_out <= NAMED:
                     _notice(f"standard input, line {number} is left out: {error}")
                 continue
-            taken += 1
-            if every and taken % every == 0:
-                _say_now(live, taken, as_json)
-            elif ended and not every:
-                _say(live, taken, as_json)
-                said_at = taken
-    except UnicodeDecodeError as error:
-        raise RecordingError("standard input is not text: send JSON lines in UTF-8") from error
-    if live is None or not taken:
-        raise RecordingError(
-            f"standard input: no sample could be used ({left_out} lines left out): send JSON lines"
-        )
-    if said_at < taken:
-        _say(live, taken, as_json)
-    more = f", {left_out} lines left out" if left_out else ""
-    _notice(f"{taken} samples felt{more}")
+            live = self.live
+            if live is None or ended is None:
+                continue
+            if self.every and live.taken % self.every == 0:
+                _say_now(live, self.as_json)
+            elif ended and not self.every:
+                self._say(live, RECENT)
+
+    def _take(self, said: Any) -> bool | None:
+        """Whether a contact has ended; None for a line that is no sample."""
+        if isinstance(said, dict) and "fingertip" in said:
+            tip = parse_fingertip(said["fingertip"])
+            self.live = self.live or LiveTouch(self.feeling, tip)
+            return None
+        if self.live is None:
+            raise UnknownFingertipError(
+                "the fingertip is not known: give --fingertip, or a first line with 'fingertip'"
+            )
+        return self.live.take(said)
+
+    def _say(self, live: LiveTouch, samples: int) -> None:
+        """What the last samples say; what makes that impossible for now is named."""
+        self.said_at = live.taken
+        try:
+            felt = live.feel(samples)
+        except InputError as error:
+            _notice(str(error))
+            return
+        if self.as_json:
+            known = {"time_ns": live.time_ns, "samples": live.taken, **felt.to_json()}
+            print(json.dumps(known, allow_nan=False), flush=True)
+        else:
+            print(f"{live.taken:8d} samples  {line_of(felt)}", flush=True)
+
+    def end(self) -> str:
+        """Say what is left to say."""
+        live = self.live
+        if live is None or not live.taken:
+            raise RecordingError(
+                f"standard input: no sample could be used ({self.left_out} lines left out): send JSON lines"
+            )
+        if self.said_at < live.taken or live.taken > RECENT:
+            self._say(live, LONGEST_WINDOW)
+        more = f", {self.left_out} lines left out" if self.left_out else ""
+        return f"{live.taken} samples felt{more}"
 
 
-def _say(live: LiveTouch, taken: int, as_json: bool) -> None:
-    felt = live.feel()
-    time_ns = live.samples[-1].time_ns
+def _say_now(live: LiveTouch, as_json: bool) -> None:
+    now, taken = live.now(), live.taken
     if as_json:
-        line = json.dumps({"time_ns": time_ns, "samples": taken, **felt.to_json()}, allow_nan=False)
-    else:
-        line = f"{taken:8d} samples  {line_of(felt)}"
-    print(line, flush=True)
-
-
-def _say_now(live: LiveTouch, taken: int, as_json: bool) -> None:
-    now = live.now()
-    if as_json:
-        print(json.dumps({"time_ns": live.samples[-1].time_ns, "samples": taken, **now}), flush=True)
+        print(json.dumps({"time_ns": live.time_ns, "samples": taken, **now}), flush=True)
         return
     text = "touching" if now["touching"] else "no contact"
     if now["curvature_per_m"] is not None:

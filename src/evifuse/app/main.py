@@ -454,6 +454,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     except MemoryError:
         return _complain("not enough memory for this input", 2)
     except Exception as e:  # the last door: a user gets a line, not a traceback
+        if isinstance(e.__cause__ or e.__context__, KeyboardInterrupt):  # within compiled code
+            return _complain("stopped", 130)
         if os.environ.get("EVIFUSE_DEBUG"):
             raise
         return _complain(f"internal error: {type(e).__name__}: {e} (EVIFUSE_DEBUG=1 shows where)", 1)

@@ -1,10 +1,10 @@
 """Samples of touch as JSON lines.
 
-A line holds ``time_ns``, ``position_m`` [3], ``orientation_xyzw`` [4], ``joint_angle_rad`` and the pressures
-[N] with their unit in the name: ``pressure_pa``, ``pressure_kpa``, ``pressure_hpa``, ``pressure_mpa`` or
-``pressure_bar``; or ``pressure`` and ``pressure_unit`` (and ``taxel_area_m2`` for newtons). Instead of the
-option ``--fingertip``, the first line may be ``{"fingertip": {"radius_m": ..., "positions_m": ...,
-"normals": ...}}``.
+A line holds ``time_ns``, ``position_m`` [3], ``orientation_xyzw`` [4], ``joint_angle_rad`` (may be missing)
+and the pressures [N], null where a taxel gave none, with their unit in the name: ``pressure_pa``,
+``pressure_kpa``, ``pressure_hpa``, ``pressure_mpa`` or ``pressure_bar``; or ``pressure`` and
+``pressure_unit`` (and ``taxel_area_m2`` for newtons). Instead of the option ``--fingertip``, the first line
+may be ``{"fingertip": {"radius_m": ..., "positions_m": ..., "normals": ...}}``.
 """
 
 import json
@@ -45,9 +45,9 @@ class Sample:
     pose : ndarray of float64, shape (7,)
         Position in metres and unit quaternion ``xyzw`` in the world frame.
     joint_rad : float
-        Joint angle, radians.
+        Joint angle, radians; NaN if it was not given.
     pressure_pa : ndarray of float64, shape (N,)
-        Pressures, pascals.
+        Pressures, pascals; NaN where a taxel gave none.
     """
 
     time_ns: int
@@ -56,7 +56,7 @@ class Sample:
     pressure_pa: NDArray[np.float64]
 
 
-def parse_sample(said: Any, taxels: int) -> Sample:
+def parse_sample(said: Any, taxels: int, unit: str | None = None) -> Sample:
     """A sample from its JSON object.
 
     Parameters
@@ -65,6 +65,8 @@ def parse_sample(said: Any, taxels: int) -> Sample:
         The parsed line.
     taxels : int
         Number N of taxels.
+    unit : str, optional
+        Unit of ``pressure`` in a line that does not say it.
 
     Returns
     -------
@@ -78,8 +80,7 @@ def parse_sample(said: Any, taxels: int) -> Sample:
     """
     if not isinstance(said, dict):
         raise RecordingError("it is not a JSON object with time_ns, position_m, ...")
-    needed = ("time_ns", "position_m", "orientation_xyzw", "joint_angle_rad")
-    for key in needed:
+    for key in ("time_ns", "position_m", "orientation_xyzw"):
         if key not in said:
             raise RecordingError(f"{key!r} is missing")
     if type(said["time_ns"]) is not int or not 0 <= said["time_ns"] < 2**63:
@@ -88,34 +89,41 @@ def parse_sample(said: Any, taxels: int) -> Sample:
     length = float(np.linalg.norm(pose[3:]))
     if abs(length - 1) > 0.01:
         raise RecordingError(f"orientation_xyzw must have length 1, not {length:.3g}")
-    joint = _numbers({"joint_angle_rad": [said["joint_angle_rad"]]}, "joint_angle_rad", 1)[0]
-    return Sample(said["time_ns"], pose, float(joint), _pressure(said, taxels))
+    pose[3:] /= length
+    joint = float("nan")
+    if said.get("joint_angle_rad") is not None:
+        joint = float(_numbers({"joint_angle_rad": [said["joint_angle_rad"]]}, "joint_angle_rad", 1)[0])
+    return Sample(said["time_ns"], pose, joint, _pressure(said, taxels, unit))
 
 
-def _numbers(said: dict[str, Any], key: str, count: int) -> NDArray[np.float64]:
+def _numbers(said: dict[str, Any], key: str, count: int, some: bool = False) -> NDArray[np.float64]:
+    """Numbers of a line; with ``some`` not all of them need to be there."""
     try:
         values = np.array(said[key], dtype=np.float64)
     except (TypeError, ValueError):
         values = np.zeros(0)
     if values.shape != (count,):
         raise RecordingError(f"{key} must be {count} numbers")
-    if not np.isfinite(values).all():
+    if np.isinf(values).any() or (np.isnan(values).all() if some else np.isnan(values).any()):
         raise RecordingError(f"{key} is NaN or infinite")
     return values
 
 
-def _pressure(said: dict[str, Any], taxels: int) -> NDArray[np.float64]:
-    for key, unit in _KEYS.items():
+def _pressure(said: dict[str, Any], taxels: int, unit: str | None) -> NDArray[np.float64]:
+    for key, own in _KEYS.items():
         if key in said:
-            return to_pascal(_numbers(said, key, taxels), unit, name=key)
+            return to_pascal(_numbers(said, key, taxels, some=True), unit or own, name=key)
     if "pressure" not in said:
         raise RecordingError("'pressure_pa' is missing: the name of the pressures ends with their unit")
-    if "pressure_unit" not in said:
-        raise RecordingError("'pressure' has no unit: add 'pressure_unit', or name it 'pressure_pa'")
+    if unit is None and "pressure_unit" not in said:
+        raise RecordingError(
+            "'pressure' has no unit: add 'pressure_unit', name it 'pressure_pa', or give --unit"
+        )
     area = _numbers({"taxel_area_m2": [said.get("taxel_area_m2", 0.0)]}, "taxel_area_m2", 1)[0]
     offset = _numbers({"pressure_offset": [said.get("pressure_offset", 0.0)]}, "pressure_offset", 1)[0]
-    values = _numbers(said, "pressure", taxels)
-    return to_pascal(values, str(said["pressure_unit"]), float(area), float(offset), "pressure")
+    values = _numbers(said, "pressure", taxels, some=True)
+    unit = unit or str(said["pressure_unit"])
+    return to_pascal(values, unit, float(area), float(offset), "pressure")
 
 
 def parse_line(line: str) -> Any:

@@ -1,5 +1,6 @@
 """``evifuse touch``: the surface that one recording felt, or many, one after another."""
 
+import io
 import json
 import sys
 import time
@@ -105,6 +106,8 @@ def run_touch(
             raise UsageError("--draw needs a recording: live samples are not drawn")
         from evifuse.app.live import feel_live
 
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(encoding="utf-8", errors="replace")  # a broken byte spoils its line only
         feel_live(sys.stdin, feeling, every, as_json)
         return
     sources = find_sources(recordings, TOUCH_SUFFIXES, "recording of touch", is_bag)

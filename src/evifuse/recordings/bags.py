@@ -7,6 +7,7 @@ from pathlib import Path
 
 from evifuse.errors import RecordingError
 from evifuse.recordings.mcap_reader import RawRecording, Topic, read_raw
+from evifuse.recordings.sqlite_cut import is_cut, rows_of
 
 __all__ = ["bag_files", "is_bag", "read_bag", "read_sqlite"]
 
@@ -118,13 +119,15 @@ def read_sqlite(path: str | os.PathLike[str]) -> RawRecording:
     file = Path(path)
     try:
         with file.open("rb") as stream:
-            start = stream.read(16)
+            start = stream.read(100)
     except OSError as error:
         raise RecordingError(f"{path}: can't read the file: {error.strerror or error}") from error
     if not start:
         raise RecordingError(f"{path}: the file is empty: record or copy it again")
-    if start != b"SQLite format 3\0":
+    if not start.startswith(b"SQLite format 3\0"):
         raise RecordingError(f"{path}: this is not a SQLite bag (wrong first bytes): check the file's name")
+    if is_cut(start, file.stat().st_size):
+        return _salvaged(file.read_bytes())
     link = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
     try:
         return _stored(link)
@@ -132,6 +135,27 @@ def read_sqlite(path: str | os.PathLike[str]) -> RawRecording:
         raise RecordingError(f"{path}: this is not a whole rosbag2 file: {error}") from error
     finally:
         link.close()
+
+
+def _salvaged(data: bytes) -> RawRecording:
+    """Messages of a file that was cut off, told by what its rows look like."""
+    topics: dict[int, Topic] = {}
+    messages: dict[int, tuple[int, int, bytes]] = {}
+    for number, values in rows_of(data):
+        if len(values) < 4:
+            continue
+        _, second, third, fourth = values[:4]
+        if isinstance(second, str) and isinstance(third, str) and isinstance(fourth, str):
+            if fourth == "cdr":
+                topics[number] = Topic(second, third, fourth)
+        elif isinstance(second, int) and isinstance(third, int) and isinstance(fourth, bytes):
+            messages[number] = (second, third, fourth)
+    for number in sorted(messages):
+        key, time_ns, content = messages[number]
+        if key in topics:
+            topics[key].log_time_ns.append(time_ns)
+            topics[key].data.append(content)
+    return RawRecording({topic.name: topic for topic in topics.values()}, "the file is cut off or damaged")
 
 
 def _stored(link: sqlite3.Connection) -> RawRecording:

@@ -93,7 +93,7 @@ def _refuse_disorder(time_ns: NDArray[np.int64], called: str, name: str) -> None
     late = np.flatnonzero(np.diff(time_ns) <= 0)
     unit = suspected_time_unit(time_ns)
     if unit:
-        raise RecordingError(f"{name}: {called} is hardly in nanoseconds: is it in {unit}?")
+        raise RecordingError(f"{name}: {called} is hardly in nanoseconds: is it in {unit}")
     if not len(late):
         return
     k = int(late[0]) + 1

@@ -84,7 +84,7 @@ def _time(raw: RawTouch) -> Said:
         said.append(("refused", text))
     unit = suspected_time_unit(raw.time_ns)
     if unit:
-        said.append(("refused", f"hardly in nanoseconds: is it in {unit}?"))
+        said.append(("refused", f"hardly in nanoseconds: is it in {unit}"))
     length = float(raw.time_ns[-1] - raw.time_ns[0]) * 1e-9
     rate = rate_hz(raw.time_ns)
     text = f"{len(raw.time_ns)} samples in {length:.3f} s, {rate:.5g} Hz"

@@ -42,12 +42,12 @@ def suspected_time_unit(time_ns: NDArray[np.int64]) -> str:
     Returns
     -------
     str
-        Such as ``us: multiply by 1000``; empty if there is nothing to suspect.
+        Such as ``us? multiply by 1000``; empty if there is nothing to suspect.
 
     Examples
     --------
     >>> suspected_time_unit(np.arange(5) * 2000)
-    'us: multiply by 1000'
+    'us? multiply by 1000'
     >>> suspected_time_unit(np.arange(5) * 2_000_000)
     ''
     """
@@ -57,7 +57,7 @@ def suspected_time_unit(time_ns: NDArray[np.int64]) -> str:
     rate = max(rate_hz(time_ns), (len(time_ns) - 1) / length if length > 0 else 0.0)
     for unit, factor in (("us", 10**3), ("ms", 10**6), ("s", 10**9)):
         if FASTEST_HZ < rate <= FASTEST_HZ * factor:
-            return f"{unit}: multiply by {factor}"
+            return f"{unit}? multiply by {factor}"
     return ""
 
 
