@@ -2,9 +2,9 @@
 
 Errors of curvature are in percent of the larger principal curvature; the larger error of k1 and k2 counts.
 Surfaces and noise are drawn from the seed. Seeds below 1000 were used to tune and to learn; the default is
-1000. Noise levels: clean; modest (200 Pa, 0.02 mm, 2 mrad); strong (2 mm point spread, each reading 10 % off,
-0.2 mm and 0.5 degrees on every pose); slipping (modest, and 15 % of the turn slips). `chapter` is the
-chapter's estimator and belief.
+1000. Noise levels: clean; modest (200 Pa, 0.02 mm, 2 mrad); slipping (modest, and 15 % of the turn slips);
+strong (2 mm point spread, each reading 10 % off, 0.2 mm and 0.5 degrees on each pose); strong peak (the same,
+but 10 % of the peak on every taxel at all times). `chapter` is the chapter's estimator and belief.
 """
 
 import argparse
@@ -24,12 +24,12 @@ from evifuse.recordings.recording import Fingertip
 PARTS = ("curvature", "layouts", "sparse", "primitives", "speed")
 
 
-def real_layouts() -> dict[str, Fingertip | None]:
+def real_layouts(names: tuple[str, ...] = touch_curvature.FEW_LAYOUTS) -> dict[str, Fingertip | None]:
     """Layouts of real fingertips, where the package that has them is installed."""
     from evifuse.touch.layouts import load_fingertip
 
     try:
-        return {name: load_fingertip(name) for name in touch_curvature.LAYOUTS}
+        return {name: load_fingertip(name) for name in names}
     except EvifuseError as error:
         print(f"no real layouts: {error}")
         return {}
@@ -72,10 +72,12 @@ def _measured(
     part: str, seed: int, quick: bool, objects: Path | None
 ) -> tuple[list[SiteRow], list[dict[str, Any]], Any]:
     if part == "curvature":
-        rows = list(touch_curvature.run(seed, 3 if quick else 10, ("clean", "strong"), {"sphere 305": None}))
+        levels = touch_curvature.LEVELS
+        rows = list(touch_curvature.run(seed, 3 if quick else 10, levels, {"sphere 305": None}))
         return rows, touch_curvature.summary(rows), touch_curvature.print_summary
     if part == "layouts":
-        rows = list(touch_curvature.run(seed, 2 if quick else 5, ("clean", "modest"), real_layouts()))
+        names = touch_curvature.FEW_LAYOUTS if quick else touch_curvature.LAYOUTS
+        rows = list(touch_curvature.run(seed, 2 if quick else 5, ("clean", "modest"), real_layouts(names)))
         return rows, touch_curvature.summary(rows), touch_curvature.print_summary
     if part == "sparse":
         rows = list(

@@ -1,6 +1,6 @@
 """What the benchmarks of touch have in common: levels of noise, and what is felt at each site."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ NOISES: dict[str, tuple[Noise, Skin]] = {
     "strong": (Noise(**WHITE), Skin(spread_m=2e-3)),
     "slipping": (Noise(pressure_pa=200.0, position_m=2e-5, angle_rad=2e-3, slip=0.15), Skin()),
 }
+NOISES["strong peak"] = (Noise(position_m=2e-4, angle_rad=float(np.deg2rad(0.5))), Skin(spread_m=2e-3))
+OF_PEAK = {"strong peak": 0.1}
+"""Noise on every taxel at all times, over the largest pressure of the recording."""
 SAME_PLACE_M = 0.004
 OPENING_M = 0.012
 FLAT_PER_M = 16.7  # what errors on a plane are compared with
@@ -92,10 +95,24 @@ def touch(
     scene = simulate(
         surface, seed=seed, noise=kind, skin=skin, picture=False, fingertip=fingertip, **dimensions
     )
+    if noise in OF_PEAK:
+        scene = noisy_pressures(scene, OF_PEAK[noise], stream(seed, label_of(surface), noise))
     felt = sense_curvature(scene.scene.touch)
     by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
-    label = surface if isinstance(surface, str) else type(surface).__name__.lower()
-    return rows_of(scene, felt, by_chapter, (label, noise, finger, seed, size_m))
+    return rows_of(scene, felt, by_chapter, (label_of(surface), noise, finger, seed, size_m))
+
+
+def label_of(surface: Any) -> str:
+    """Name of a surface."""
+    return surface if isinstance(surface, str) else type(surface).__name__.lower()
+
+
+def noisy_pressures(scene: SimulatedScene, share: float, generator: np.random.Generator) -> SimulatedScene:
+    """White noise of a share of the peak on every taxel."""
+    touched = scene.scene.touch
+    noise = generator.normal(0, share * float(touched.pressure_pa.max()), touched.pressure_pa.shape)
+    touched = replace(touched, pressure_pa=touched.pressure_pa + noise)
+    return replace(scene, scene=replace(scene.scene, touch=touched))
 
 
 def rows_of(

@@ -15,7 +15,18 @@ NARROWEST_M = {"saddle": 0.015}
 """A saddle is hollow along one direction: the finger has to fit in."""
 LARGEST_M = 0.1
 BINS_M = (0.005, 0.01, 0.02, 0.04, 0.1)
-LAYOUTS = ("paxini:DP-S1813-Core", "paxini:DP-M2826-Omega", "paxini:DP-L3530-Omega")
+FEW_LAYOUTS = ("paxini:DP-S1813-Core", "paxini:DP-M2826-Omega", "paxini:DP-L3530-Omega")
+LAYOUTS = (
+    *FEW_LAYOUTS,
+    "paxini:DP-S1813-Elite",
+    "paxini:DP-S2015-Elite",
+    "paxini:DP-S2716-Core",
+    "paxini:DP-S3013-Core",
+    "paxini:CP-M3025-Core",
+    "paxini:IP-M2324-Core",
+)
+"""All that have 31 to 135 taxels; other parts use the first three."""
+LEVELS = ("clean", "modest", "slipping", "strong", "strong peak")
 
 
 def sized(shape: str, radius_m: float, generator: np.random.Generator) -> dict[str, float]:
@@ -85,13 +96,13 @@ def _measures(rows: list[SiteRow]) -> dict[str, Any]:
 
 
 def print_summary(rows: list[dict[str, Any]]) -> None:
-    print("fingertip             noise    group        sites lost | median error % (95 %)  worst", end="")
+    print("fingertip             noise       group        sites lost | median error % (95 %)  worst", end="")
     print(" | chapter % | coverage %")
     for row in rows:
         median, low, high = (100 * v for v in row["median"])
         cover, least, most = (100 * v for v in row["coverage"])
         print(
-            f"{row['fingertip']:<21} {row['noise']:<8} {row['group']:<12}"
+            f"{row['fingertip']:<21} {row['noise']:<11} {row['group']:<12}"
             f" {row['sites']:5d} {row['not_felt']:4d} |"
             f" {median:6.2f} ({low:5.2f} to {high:5.2f}) {100 * row['worst']:6.1f} |"
             f" {100 * row['chapter_median'][0]:8.2f}  | {cover:3.0f} ({least:.0f} to {most:.0f})"
