@@ -583,8 +583,16 @@ def test_drawings_are_pictures(run: Run, tmp_path: Path, surface: str) -> None:
     assert all((q < 200).any(axis=2).mean() > 0.004 for q in quarters)
 
 
-def test_a_drawing_of_nothing_felt(run: Run, rolled: TouchRecording, tmp_path: Path) -> None:
+def test_drawings_of_little(run: Run, rolled: TouchRecording, tmp_path: Path) -> None:
+    """Without contact the fingertip's path is drawn; after one direction, the one arrow that is known."""
     air = altered(rolled, tmp_path / "air.npz", pressure_pa=0 * rolled.pressure_pa)
     assert run(air, "--draw", tmp_path / "air.png")[0] == 0
-    assert cv2.imread(str(tmp_path / "air.png")) is not None
+    keys = ("time_ns", "position_m", "orientation_xyzw", "joint_angle_rad", "pressure_pa")
+    one = altered(rolled, tmp_path / "one.npz", **{key: getattr(rolled, key)[:220] for key in keys})
+    assert run(one, "--draw", tmp_path / "one.png")[0] == 0
+    path = cv2.imread(str(tmp_path / "air.png"))[60:470, 120:530]
+    assert ((path == 201).all(axis=2)).sum() > 500  # the grey of the path
+    bends = cv2.imread(str(tmp_path / "one.png"))[100:470, 120:580].astype(int)
+    red = (bends[:, :, 2] > 150) & (bends[:, :, 1] < 100) & (bends[:, :, 0] < 100)
+    assert red.sum() > 200
     assert read_touch(air).notes == ()

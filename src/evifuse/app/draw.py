@@ -164,10 +164,14 @@ def _patch(axes: "Axes", recording: TouchRecording | None) -> None:
     axis = int(np.argmax(np.abs(apex)))
     u, v = (i for i in range(3) if i != axis)
     side = max(4.0, min(120.0, 9000 / len(peak)))
-    dots = axes.scatter(places[:, u], places[:, v], c=peak, s=side, cmap="inferno", marker="o", vmin=0)
+    highest = max(float(peak.max()), 1.0)  # without contact, all is dark
+    dots = axes.scatter(
+        places[:, u], places[:, v], c=peak, s=side, cmap="inferno", marker="o", vmin=0, vmax=highest
+    )
     dots.set(edgecolors="#9a9a9a", linewidths=0.4)
     axes.figure.colorbar(dots, ax=axes, shrink=0.8)
-    axes.set(aspect="equal", xlabel=f"{'xyz'[u]} of the fingertip (mm)", ylabel=f"{'xyz'[v]} (mm)")
+    axes.set(aspect="equal", xlabel=f"{'xyz'[u]} of the fingertip (mm)")
+    axes.set_ylabel(f"{'xyz'[v]} of the fingertip (mm)")
     axes.set_title(title, loc="left")
 
 
@@ -187,7 +191,7 @@ def _bars(axes: "Axes", title: str, shares: Mapping[str, float], colour: str) ->
     for i, value in enumerate(values):
         axes.text(value + 0.01, i, f"{value:.2f}", va="center", fontsize=8)
     axes.invert_yaxis()
-    axes.set(xlim=(0, 1.15), xticks=[0, 0.5, 1])
+    axes.set(xlim=(0, 1.15), xticks=[0, 0.5, 1], xlabel="mass")
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(title, loc="left")
 

@@ -37,15 +37,16 @@ def draw_path(axes: "Axes", recording: TouchRecording, felt: FeltSurface) -> Non
     felt : FeltSurface
         What was felt.
     """
-    axes.set_title("Felt: path of the contact, and how each site bends", loc="left")
-    if not any(site.contact for site in felt.sites):
-        axes.text(0.5, 0.5, "no contact", ha="center", va="center", color="grey", transform=axes.transAxes)
-        axes.set_axis_off()
-        return
+    touched = any(site.contact for site in felt.sites)
+    title = "path of the contact, and how each site bends" if touched else "no contact; path of the fingertip"
+    axes.set_title(f"Felt: {title}", loc="left")
     normal = np.sum([site.normal for site in felt.sites], axis=0)
     frame = np.stack(tangents(normal / np.linalg.norm(normal)), axis=1)
-    track = contact_track(recording)
-    path = (track.point_m[track.touching] @ frame) * 1000
+    where = recording.position_m
+    if touched:
+        track = contact_track(recording)
+        where = track.point_m[track.touching]
+    path = (where @ frame) * 1000
     path = path[:: max(1, len(path) // 4000)]
     axes.plot(path[:, 0], path[:, 1], ".", ms=2, color="#c9c9c9", zorder=1)
     places = [site.position_m @ frame * 1000 for site in felt.sites]
@@ -75,21 +76,29 @@ def draw_path(axes: "Axes", recording: TouchRecording, felt: FeltSurface) -> Non
             fontweight="bold",
             color=SITE_COLOURS[index % len(SITE_COLOURS)],
         )
-    _key(axes)
+    if any(_bends(site) for site in felt.sites):
+        largest = max(abs(k) for site in felt.sites for k, _, _ in _bends(site))
+        _key(axes, f"longest arrow {largest:.3g} 1/m" if largest > 0.1 else "too flat for arrows")
 
 
 def _scale(sites: tuple[FeltSite, ...], longest_mm: float) -> float:
     """Millimetres of arrow for each 1/m."""
     largest = max(
-        (
-            abs(k)
-            for site in sites
-            if site.shape is not None
-            for k in (site.shape.k1_per_m, site.shape.k2_per_m)
-        ),
+        (abs(k) for site in sites for k, _, _ in _bends(site)),
         default=0.0,
     )
     return longest_mm / max(largest, 5.0)
+
+
+def _bends(site: FeltSite) -> list[tuple[float, float, float]]:
+    """Curvature, its standard error and direction, along as many directions as are known."""
+    s, only = site.shape, site.only
+    if s is not None:
+        turn = s.k1_direction_rad
+        return [(s.k1_per_m, s.k1_error_per_m, turn), (s.k2_per_m, s.k2_error_per_m, turn + np.pi / 2)]
+    if only is not None:
+        return [(only.curvature_per_m, only.standard_error_per_m, only.direction_rad)]
+    return []
 
 
 def _site(
@@ -102,14 +111,8 @@ def _site(
 ) -> None:
     marker = "o" if site.contact else "x"
     axes.plot(*place, marker, ms=7 if site.contact else 11, mew=2.5, color=colour, zorder=5)
-    if site.shape is None:
-        return
     own = np.stack(tangents(site.normal), axis=1)
-    turn = site.shape.k1_direction_rad
-    for k, error, angle in (
-        (site.shape.k1_per_m, site.shape.k1_error_per_m, turn),
-        (site.shape.k2_per_m, site.shape.k2_error_per_m, turn + np.pi / 2),
-    ):
+    for k, error, angle in _bends(site):
         way = (own @ np.array([np.cos(angle), np.sin(angle)])) @ frame
         way = way / max(float(np.linalg.norm(way)), 1e-9)
         sure = abs(k) > 1.96 * error
@@ -138,8 +141,8 @@ def _axis_name(direction: NDArray[np.float64]) -> str:
     )
 
 
-def _key(axes: "Axes") -> None:
-    """What the colours mean, beneath the panel."""
+def _key(axes: "Axes", longest: str) -> None:
+    """What the colours mean, and how long an arrow is."""
     from matplotlib.lines import Line2D
 
     handles = [
@@ -148,6 +151,7 @@ def _key(axes: "Axes") -> None:
         Line2D([], [], color=LEVEL, lw=7, alpha=0.3, label="95 % interval"),
     ]
     axes.legend(handles=handles, loc="upper left", ncols=3, fontsize=8, frameon=False, borderaxespad=0.2)
+    axes.text(0.98, 0.02, longest, ha="right", va="bottom", fontsize=8, transform=axes.transAxes)
 
 
 def draw_rolls(axes: "Axes", felt: FeltSurface) -> None:
@@ -161,10 +165,10 @@ def draw_rolls(axes: "Axes", felt: FeltSurface) -> None:
         What was felt, with one roll or more.
     """
     around = np.linspace(0, np.pi, 181)
-    felt_there = sorted({c.site for c in felt.local_curvatures})
+    felt_there = range(len(felt.sites))
     for number, index in enumerate(felt_there):
         own = [c for c in felt.local_curvatures if c.site == index]
-        if felt.sites[index].edge is not None:  # it has no curvature that could be drawn
+        if felt.sites[index].edge is not None or not own:  # it has no curvature that could be drawn
             axes.plot(
                 [],
                 [],
@@ -196,8 +200,12 @@ def draw_rolls(axes: "Axes", felt: FeltSurface) -> None:
     low, high = min(low, -least), max(high, least)
     axes.set_ylim(low, high + 0.09 * len(felt_there) * (high - low))  # room for the key
     axes.set(xlim=(-8, 188), xticks=[0, 45, 90, 135, 180], xlabel="direction (degrees)")
-    axes.legend(loc="upper left", fontsize=8, frameon=False)
-    axes.set_title("Felt: curvature, 95 % intervals (1/m)", loc="left")
+    axes.set_ylabel("curvature (1/m), up positive")
+    handles, labels = axes.get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda i: int(labels[i].split()[1].rstrip(":")))
+    ordered = [[entries[i] for i in order] for entries in (handles, labels)]
+    axes.legend(*ordered, loc="upper left", fontsize=8, frameon=False)
+    axes.set_title("Felt: curvature along each roll, 95 % intervals", loc="left")
 
 
 def _degrees(direction_rad: float) -> float:
@@ -212,8 +220,12 @@ def _site_line(index: int, site: FeltSite) -> str:
         return f"site {index}: no contact"
     if site.edge is not None:
         return f"site {index}: {site.edge}"
+    if site.only is not None:
+        along, across = (round(np.rad2deg(a)) % 180 for a in (site.only.direction_rad, site.only.across_rad))
+        k, error = site.only.curvature_per_m, 1.96 * site.only.standard_error_per_m
+        return f"site {index}: {k:.1f} ± {error:.1f} along {along} degrees, not known across, at {across}"
     if site.shape is None:
-        return f"site {index}: one direction only"
+        return f"site {index}: k1 and k2 not known"
     s = site.shape
     return (
         f"site {index}: k1 {s.k1_per_m:.1f} ± {1.96 * s.k1_error_per_m:.1f}, "
