@@ -72,7 +72,7 @@ class Hole(Surface):
     @property
     def sites(self) -> Sites:
         """On the plate beside the hole, then over the hole."""
-        return ((-self.radius_m - 0.015, 0.0), (0.0, 0.0))
+        return ((-self.radius_m - max(0.015, 0.75 * self.radius_m), 0.0), (0.0, 0.0))
 
     @property
     def _half_m(self) -> float:
@@ -145,7 +145,7 @@ class Slot(Hole):
     @property
     def sites(self) -> Sites:
         """On the plate beside the slot, then over it."""
-        return ((0.0, -self.radius_m - 0.015), (0.0, 0.0))
+        return ((0.0, -self.radius_m - max(0.015, 0.75 * self.radius_m)), (0.0, 0.0))
 
     @property
     def _half_m(self) -> float:

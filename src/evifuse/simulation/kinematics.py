@@ -16,7 +16,15 @@ from evifuse.simulation.surface import Points, Surface
 from evifuse.touch.fingersurface import FingerSurface
 from evifuse.touch.quadrics import unit_rows
 
-__all__ = ["Contact", "Paths", "curvature_tensors", "put_down", "relative_curvature", "roll_paths"]
+__all__ = [
+    "Contact",
+    "Paths",
+    "curvature_tensors",
+    "put_down",
+    "relative_curvature",
+    "roll_paths",
+    "shortest_turn",
+]
 
 Vector = NDArray[np.float64]
 STEPS = 50
@@ -123,8 +131,8 @@ def put_down(finger: FingerSurface, pole_m: Vector, points: Points, normals: Poi
         M contacts.
     """
     pole, facing = finger.project(pole_m[None])
-    straight = _between(facing, np.array([[0.0, 0.0, -1.0]]))
-    tilt = _between(np.broadcast_to([0.0, 0.0, 1.0], normals.shape), normals)
+    straight = shortest_turn(facing, np.array([[0.0, 0.0, -1.0]]))
+    tilt = shortest_turn(np.broadcast_to([0.0, 0.0, 1.0], normals.shape), normals)
     turned = rotation.multiply(tilt, np.broadcast_to(straight, tilt.shape))
     return Contact(points, normals, np.repeat(pole, len(points), axis=0), turned)
 
@@ -236,7 +244,7 @@ def _moved(
     inverse = now.orientation_xyzw * [-1.0, -1.0, -1.0, 1.0]
     on_finger, facing = finger.project(now.finger_m + rotation.rotate(inverse, way))
     quaternion = rotation.multiply(_small_turn(turn), now.orientation_xyzw)
-    aligned = rotation.multiply(_between(rotation.rotate(quaternion, facing), -normal), quaternion)
+    aligned = rotation.multiply(shortest_turn(rotation.rotate(quaternion, facing), -normal), quaternion)
     return Contact(point, normal, on_finger, aligned / np.linalg.norm(aligned, axis=1, keepdims=True))
 
 
@@ -245,8 +253,19 @@ def _small_turn(turn: Vector) -> Vector:
     return np.concatenate([turn / 2 * np.sinc(angle / (2 * np.pi)), np.cos(angle / 2)], axis=1)
 
 
-def _between(start: Vector, end: Vector) -> Vector:
-    """Shortest rotations (M, 4) that take unit vectors to others; opposite ones turn about x or y."""
+def shortest_turn(start: Vector, end: Vector) -> Vector:
+    """Shortest rotations that take unit vectors to others; opposite ones turn about x or y.
+
+    Parameters
+    ----------
+    start, end : ndarray of float64, shape (M, 3)
+        Unit vectors.
+
+    Returns
+    -------
+    ndarray of float64, shape (M, 4)
+        Unit quaternions, ``xyzw``.
+    """
     start, end = np.broadcast_arrays(start, end)
     cosine = np.sum(start * end, axis=1, keepdims=True)
     quaternion = np.concatenate([rotation.cross(start, end), 1 + cosine], axis=1)

@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import TouchRecording
+from evifuse.simulation.kinematics import shortest_turn
 from evifuse.simulation.rolling import Motion
+from evifuse.touch.fingersurface import FingerSurface
 
 __all__ = ["NOISES", "Noise", "disturbed", "gap", "noisy"]
 
+Vector = NDArray[np.float64]
 BURST_S = 0.05
 """Length of a burst of slip, seconds: every second one slips twice as much, the others not at all."""
 LIFTED_S, LIFTED_M = 0.03, 1e-3
@@ -35,8 +38,8 @@ class Noise:
     pressure_share : float
         Standard deviation on every taxel, as a share of its own reading.
     slip : float
-        Share of the finger's turn that is lost to slip, in bursts of 50 ms, in [0, 0.4]. The finger travels
-        as before but turns less.
+        Share of the way over the finger that is lost to slip, in bursts of 50 ms, in [0, 0.4]. The contact
+        travels over the surface as before, but the finger turns less.
     loss_of_contact : float
         How often the finger jumps off the surface for 30 ms, times per second of rolling.
     pose_rate_hz : float or None
@@ -88,7 +91,7 @@ NOISES = {
 
 
 def disturbed(
-    motion: Motion, radius_m: float, noise: Noise, rate_hz: float, seed: np.random.SeedSequence
+    motion: Motion, finger: FingerSurface, noise: Noise, rate_hz: float, seed: np.random.SeedSequence
 ) -> Motion:
     """What slip and lost contact make of a motion.
 
@@ -96,8 +99,8 @@ def disturbed(
     ----------
     motion : Motion
         Ideal motion.
-    radius_m : float
-        Radius of the fingertip, metres.
+    finger : FingerSurface
+        What rolls.
     noise : Noise
         How much.
     rate_hz : float
@@ -112,13 +115,18 @@ def disturbed(
     """
     generator = np.random.default_rng(seed)
     position, orientation = motion.position_m.copy(), motion.orientation_xyzw.copy()
-    phase = motion.phase.copy()
-    for number in range(int(phase.max(initial=-1)) + 1):
-        samples = np.flatnonzero(motion.phase == number)
-        if not len(samples):
-            continue
+    phase, touched = motion.phase.copy(), motion.finger_m.copy()
+    rolls = [np.flatnonzero(motion.phase == number) for number in range(int(phase.max(initial=-1)) + 1)]
+    rolls = [samples for samples in rolls if len(samples)]
+    ends = [int(samples[0]) for samples in rolls[1:]] + [len(phase)]
+    for samples, end in zip(rolls, ends, strict=True):
         if noise.slip > 0:
-            orientation[samples] = _slipped(motion, samples, radius_m, noise.slip, rate_hz, generator)
+            share = _slipping(len(samples), noise.slip, rate_hz, generator)
+            touched[samples], position[samples], orientation[samples] = _slipped(
+                motion, samples, finger, share
+            )
+            after = np.arange(samples[-1] + 1, end)
+            position[after], orientation[after] = _fading(motion, position, orientation, after)
         jumps = generator.poisson(noise.loss_of_contact * len(samples) / rate_hz)
         length = max(2, round(LIFTED_S * rate_hz))
         for begin in generator.integers(0, max(1, len(samples) - length), jumps):
@@ -126,27 +134,47 @@ def disturbed(
             height = LIFTED_M * np.sin(np.pi * (np.arange(len(lifted)) + 0.5) / length)
             position[lifted] += height[:, None] * motion.normal[lifted]
             phase[lifted] = -1
-    return replace(motion, position_m=position, orientation_xyzw=orientation, phase=phase)
+    return replace(motion, position_m=position, orientation_xyzw=orientation, phase=phase, finger_m=touched)
+
+
+def _slipping(count: int, slip: float, rate_hz: float, generator: np.random.Generator) -> Vector:
+    """Share of every step that is lost: in every second burst twice as much."""
+    bursts = np.arange(count) / (BURST_S * rate_hz) + generator.uniform(0, 2)
+    return np.where(np.floor(bursts) % 2 == 0, 2 * slip, 0.0)
 
 
 def _slipped(
-    motion: Motion,
-    samples: NDArray[np.int64],
-    radius_m: float,
-    slip: float,
-    rate_hz: float,
-    generator: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Orientations of a roll when the finger turns back on the spot for a share of its way."""
-    normal = motion.normal[samples]
-    contact = motion.position_m[samples] - radius_m * normal
-    step = np.diff(contact, axis=0, prepend=contact[:1])
-    bursts = np.arange(len(samples)) / (BURST_S * rate_hz) + generator.uniform(0, 2)
-    slipping = np.where(np.floor(bursts) % 2 == 0, 2 * slip, 0.0)
-    lost = np.cumsum(slipping[:, None] * np.cross(normal, step) / radius_m, axis=0)
-    angle = np.linalg.norm(lost, axis=1)
-    axis = lost / np.maximum(angle, 1e-300)[:, None]
-    return rotation.multiply(rotation.about_axis(axis, -angle), motion.orientation_xyzw[samples])
+    motion: Motion, samples: NDArray[np.int64], finger: FingerSurface, share: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Contacts on the finger, positions and orientations of a roll that slips for a share of every step.
+
+    The contact goes the same way over the surface, but not as far over the finger, which is turned by the
+    shortest way until it faces the surface there.
+    """
+    touched, normal = motion.finger_m[samples], motion.normal[samples]
+    step = np.linalg.norm(np.diff(touched, axis=0, prepend=touched[:1]), axis=1)
+    arc, gone = np.cumsum(step), np.cumsum((1 - share) * step)
+    behind = np.stack([np.interp(gone, arc, column) for column in touched.T], axis=1)
+    behind, facing = finger.project(behind)
+    before = motion.orientation_xyzw[samples]
+    after = rotation.multiply(shortest_turn(rotation.rotate(before, facing), -normal), before)
+    moved = rotation.rotate(before, touched) - rotation.rotate(after, behind)
+    return behind, motion.position_m[samples] + moved, after
+
+
+def _fading(
+    motion: Motion, position: Vector, orientation: Vector, after: NDArray[np.int64]
+) -> tuple[Vector, Vector]:
+    """Poses on the way to the next roll, which starts as if nothing had slipped."""
+    if not len(after):
+        return position[after], orientation[after]
+    last = int(after[0]) - 1
+    left = 1 - np.arange(1, len(after) + 1) / len(after)
+    left = left * left * (3 - 2 * left)
+    off = rotation.multiply(orientation[last], motion.orientation_xyzw[last] * [-1.0, -1.0, -1.0, 1.0])
+    turn = rotation.interpolate(np.array([0.0, 1.0]), np.stack([[0.0, 0.0, 0.0, 1.0], off]), left)
+    aside = left[:, None] * (position[last] - motion.position_m[last])
+    return position[after] + aside, rotation.multiply(turn, orientation[after])
 
 
 def noisy(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Fingertip
+from evifuse.simulation.hull import HullSurface
 from evifuse.simulation.kinematics import STEPS, Contact, Paths, put_down, relative_curvature, roll_paths
 from evifuse.simulation.surface import Surface
 from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
@@ -78,6 +79,27 @@ class Finger:
     cover_m: float
 
     @property
+    def size_m(self) -> float:
+        """Its radius, or how far its taxels go from the pole where that is less, metres."""
+        beside = np.linalg.norm(self.tip.positions_m - self.pole_m, axis=1)
+        return min(self.tip.radius_m, max(float(beside.max()), 1e-3))
+
+    @property
+    def radii_m(self) -> tuple[float, float]:
+        """Smallest radius of curvature at its pole, and the largest there or on a pad around it, metres."""
+        flat, steep = np.linalg.eigvalsh(self.surface.shape_operators(self.pole_m[None])[0][0]).tolist()
+        if isinstance(self.surface, HullSurface):
+            flat = _flattest(self.tip, self.surface, self.pole_m)
+        return 1 / max(steep, 1.0), 1 / max(flat, 1.0)  # what is flatter than 1 m is flat
+
+    @property
+    def aside_m(self) -> float:
+        """How far its taxels reach to the side of its pole, metres: an opening must be wider."""
+        facing = self.surface.project(self.pole_m[None])[1][0]
+        beside = self.tip.positions_m - self.pole_m
+        return float(np.linalg.norm(beside - np.outer(beside @ facing, facing), axis=1).max())
+
+    @property
     def extent_m(self) -> float:
         """Largest distance of the finger's surface from the origin of its frame, metres."""
         return float(np.linalg.norm(self.tip.positions_m, axis=1).max())
@@ -108,12 +130,14 @@ class Finger:
         facing = tip.normals.mean(axis=0)
         facing /= np.linalg.norm(facing)
         if isinstance(surface, SphereSurface):
-            pole = surface.centre_m + surface.radius_m * facing
-        else:
-            middle = tip.positions_m - tip.positions_m.mean(axis=0)
-            aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
-            pole = surface.project(tip.positions_m[[int(np.argmin(aside))]])[0][0]
-        return cls(tip, surface, pole, cover_m)
+            return cls(tip, surface, surface.centre_m + surface.radius_m * facing, cover_m)
+        middle = tip.positions_m - tip.positions_m.mean(axis=0)
+        aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
+        pole = surface.project(tip.positions_m[[int(np.argmin(aside))]])[0][0]
+        if _flattest(tip, surface, pole) > 0:
+            return cls(tip, surface, pole, cover_m)
+        hull = HullSurface(tip.positions_m, tip.normals, cover_m)
+        return cls(tip, hull, hull.support(facing[None])[0][0], cover_m)
 
     def depth_m(self, relative_per_m: Vector) -> Vector:
         """How deep its force presses it into surfaces.
@@ -160,6 +184,14 @@ class Finger:
         return np.minimum(*ends)
 
 
+def _flattest(tip: Fingertip, surface: FingerSurface, pole_m: Vector) -> float:
+    """Smallest curvature of a finger around its pole, 1/m; negative where it is hollow."""
+    apart = np.linalg.norm(tip.positions_m - pole_m, axis=1)
+    near = tip.positions_m[apart <= max(0.5 * min(tip.radius_m, float(apart.max())), float(apart.min()))]
+    places = surface.project(np.concatenate([pole_m[None], near]))[0]
+    return float(np.linalg.eigvalsh(surface.shape_operators(places)[0])[:, 0].min())
+
+
 @dataclass(frozen=True)
 class Roll:
     """The way of one roll.
@@ -174,6 +206,8 @@ class Roll:
         Unit normal of the plane in which the finger is to roll.
     depth_m : float
         How deep the finger is pressed in, metres.
+    gap_m : ndarray of float64, shape (K,)
+        What its nearest taxel is away from the surface before that; 0 on a finger as smooth as a ball.
     solid : bool
         Whether there is anything to touch; without, the finger turns on the spot.
     """
@@ -183,6 +217,7 @@ class Roll:
     turn_rad: Vector
     binormal: Vector
     depth_m: float
+    gap_m: Vector
     solid: bool
 
 
@@ -225,16 +260,16 @@ def plan_rolls(
     binormals = np.cross(normals, _headings(np.tile(angles, len(sites)), normals))
     binormals /= np.linalg.norm(binormals, axis=1, keepdims=True)
     start = put_down(finger.surface, finger.pole_m, points, normals)
-    length = 0.5 * procedure.arc_rad * finger.tip.radius_m
+    length = 0.5 * procedure.arc_rad * finger.size_m
     paths, depth = None, np.zeros(0)
     if solid.any():
         some = Contact(*(values[solid] for values in vars(start).values()))
         way = np.cross(binormals[solid], normals[solid])
         relative = relative_curvature(surface, finger.surface, some, way)
         depth = finger.depth_m(relative)
-        patch = np.sqrt(2 * depth / np.maximum(relative[:, 0, 0], 0.01 / finger.tip.radius_m))
+        patch = np.sqrt(2 * depth / np.maximum(relative[:, 0, 0], 0.01 / finger.size_m))
         room = finger.reach_m(some, way) - patch
-        reach = np.clip(room, SHORTEST * finger.tip.radius_m, length)
+        reach = np.clip(room, SHORTEST * finger.size_m, length)
         paths = roll_paths(surface, finger.surface, some, binormals[solid], reach)
     numbers = np.cumsum(solid) - 1
     rolls: list[Roll] = []
@@ -270,7 +305,7 @@ def _cut(
         x, y, z = paths.contact[STEPS].point_m[number]
         raise UsageError(
             f"the fingertip does not fit at ({x:.3g}, {y:.3g}, {z:.3g}) m of the {surface.name}: "
-            "choose another site, a smaller fingertip, or a wider surface"
+            f"choose another site, a smaller fingertip, or hollows of {1.2 * finger.radii_m[1]:.3g} m or more"
         )
     low = STEPS - int(np.argmin(np.append(free[STEPS::-1], False))) + 1
     high = STEPS + int(np.argmin(np.append(free[STEPS:], False)))
@@ -280,7 +315,21 @@ def _cut(
         for key in ("point_m", "normal", "finger_m", "orientation_xyzw")
     )
     arc, turn = paths.arc_m[number, kept], paths.turn_rad[number, kept]
-    return Roll(Contact(*stacked), arc, turn, binormal, depth_m, solid=True)
+    contact = Contact(*stacked)
+    return Roll(contact, arc, turn, binormal, depth_m, _gap(surface, finger, contact), solid=True)
+
+
+def _gap(surface: Surface, finger: Finger, contact: Contact) -> Vector:
+    """How far the taxels of a finger that stands on some of them are from what it touches."""
+    gap = np.zeros(len(contact.point_m))
+    if not isinstance(finger.surface, HullSurface):
+        return gap
+    turned = rotation.to_matrix(contact.orientation_xyzw)
+    for _ in range(3):
+        centre = contact.centre_m(0.0) - gap[:, None] * contact.normal
+        taxels = centre[:, None] + finger.tip.positions_m @ turned.transpose(0, 2, 1)
+        gap += surface.distance(taxels.reshape(-1, 3)).reshape(taxels.shape[:2]).min(axis=1)
+    return gap
 
 
 def _free(
@@ -307,4 +356,4 @@ def _in_vain(start: Contact, number: int, binormal: Vector, procedure: Procedure
     turned = rotation.multiply(rotation.about_axis(binormal, turn), values["orientation_xyzw"])
     values["orientation_xyzw"] = turned
     values["finger_m"] = rotation.rotate(turned * [-1.0, -1.0, -1.0, 1.0], below)
-    return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, 0.0, solid=False)
+    return Roll(Contact(**values), np.zeros_like(turn), turn, binormal, 0.0, np.zeros_like(turn), solid=False)

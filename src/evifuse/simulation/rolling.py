@@ -37,6 +37,8 @@ class Motion:
         Number of the roll from 0, or -1 while the finger is not rolling on the surface.
     normal : ndarray of float64, shape (T, 3)
         While the finger is rolling on the surface, its normal in the contact; else zeros.
+    finger_m : ndarray of float64, shape (T, 3)
+        While the finger is rolling on the surface, where it touches, fingertip frame, metres; else zeros.
     """
 
     position_m: Vector
@@ -44,6 +46,7 @@ class Motion:
     joint_angle_rad: Vector
     phase: NDArray[np.int64]
     normal: Vector
+    finger_m: Vector
 
 
 def roll_finger(
@@ -139,7 +142,8 @@ def _through_air(start: Pose, end: Pose, seconds: float, rate_hz: float) -> Moti
     position = start[0] + way[:, None] * (end[0] - start[0])
     orientation = rotation.interpolate(np.array([0.0, 1.0]), np.stack([start[1], end[1]]), way)
     angle = start[2] + way * (end[2] - start[2])
-    return Motion(position, orientation, angle, np.full(count, -1), np.zeros_like(position))
+    none = np.zeros_like(position)
+    return Motion(position, orientation, angle, np.full(count, -1), none, none)
 
 
 def _clear_of(surface: Surface, distance_m: float, motion: Motion, up: Vector) -> Motion:
@@ -204,9 +208,10 @@ def _led(roll: Roll, number: int, procedure: Procedure, rate_hz: float) -> Motio
     orientation = rotation.interpolate(roll.arc_m, ways.orientation_xyzw, arc)
     contact = Contact(point, normal, finger_m, orientation)
     pressed = np.minimum(1.0, np.arange(1, len(arc) + 1) / max(settle, 1))
-    position = contact.centre_m(0.0) - (roll.depth_m * pressed)[:, None] * normal
+    depth = np.interp(arc, roll.arc_m, roll.gap_m) + roll.depth_m * pressed
+    position = contact.centre_m(0.0) - depth[:, None] * normal
     angle = np.interp(arc, roll.arc_m, roll.turn_rad)
-    return Motion(position, orientation, angle, np.full(len(arc), number), normal)
+    return Motion(position, orientation, angle, np.full(len(arc), number), normal, finger_m)
 
 
 def _on_surface(
@@ -227,7 +232,8 @@ def _on_surface(
     position, orientation = poses[:, :3], poses[:, [4, 5, 6, 3]]
     contact, normal = surface.nearest(position)
     angle = _joint_angle(contact, normal, orientation) + roll.turn_rad[0]
-    return Motion(position, orientation, angle, np.full(len(speeds), number), normal)
+    finger_m = -world.radius_m * rotation.rotate(orientation * [-1.0, -1.0, -1.0, 1.0], normal)
+    return Motion(position, orientation, angle, np.full(len(speeds), number), normal, finger_m)
 
 
 def _joint_angle(contact: Vector, normal: Vector, orientation_xyzw: Vector) -> Vector:
@@ -251,4 +257,5 @@ def _in_vain(low: Vector, roll: Roll, procedure: Procedure, rate_hz: float) -> M
     angle = roll.turn_rad[0] + share * (roll.turn_rad[-1] - roll.turn_rad[0])
     orientation = rotation.interpolate(roll.turn_rad, roll.contact.orientation_xyzw, angle)
     position = np.repeat(low[None], len(angle), axis=0)
-    return Motion(position, orientation, angle, np.full(len(angle), -1), np.zeros_like(position))
+    none = np.zeros_like(position)
+    return Motion(position, orientation, angle, np.full(len(angle), -1), none, none)

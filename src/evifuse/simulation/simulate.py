@@ -14,7 +14,7 @@ from evifuse.simulation.noise import Noise, disturbed, gap, noisy
 from evifuse.simulation.procedure import Finger, Procedure
 from evifuse.simulation.rolling import Control, Motion, roll_finger
 from evifuse.simulation.surface import Surface
-from evifuse.simulation.surfaces import surface
+from evifuse.simulation.surfaces import fitting_surface, surface
 from evifuse.simulation.truth import Truth, site_truth
 
 __all__ = ["SimulatedScene", "simulate"]
@@ -89,7 +89,8 @@ def simulate(
         Whether to photograph the surface; without it the scene has no image and no camera. By default
         surfaces of the catalogue are.
     **dimensions : float
-        Dimensions of the surface, metres, as listed in `evifuse.simulation.surfaces`.
+        Dimensions of the surface, metres, as listed in `evifuse.simulation.surfaces`; without any, the usual
+        ones, or larger ones where a large finger needs them.
 
     Returns
     -------
@@ -103,20 +104,20 @@ def simulate(
     MissingExtraError
         If MuJoCo is not installed.
     """
-    kind = surface(name, **dimensions) if isinstance(name, str) else name
     procedure, noise, skin = procedure or Procedure(), (noise or Noise()).checked(), skin or Skin()
-    places = kind.sites if sites is None else sites
     tip = fingertip or _sphere(fingertip_radius_m)
-    _check(kind, tip.radius_m, rate_hz, places)
     finger = Finger.of(tip, skin.depth_m(procedure.press_n))
+    kind = _kind(name, finger, dimensions)
+    places = kind.sites if sites is None else sites
+    _check(kind, finger, rate_hz, places)
     control = control or ("force" if finger.is_sphere else "pose")
-    if not finger.is_sphere and (control == "force" or noise.slip > 0):
-        raise UsageError("only a spherical fingertip can be pressed with a force or slip: use control='pose'")
+    if not finger.is_sphere and control == "force":
+        raise UsageError("only a spherical fingertip can be pressed with a force: use control='pose'")
     chance = np.random.SeedSequence(seed)
     for_touch, for_picture, for_motion = chance.spawn(3)
     motion = roll_finger(kind, finger, places, procedure, rate_hz, control)
     if noise.slip > 0 or noise.loss_of_contact > 0:
-        motion = disturbed(motion, tip.radius_m, noise, rate_hz, for_motion)
+        motion = disturbed(motion, finger.surface, noise, rate_hz, for_motion)
     generator = np.random.default_rng(for_touch)
     touch, left = _record(kind, tip, skin, motion, rate_hz, noise, generator, defects)
     if picture is None:
@@ -130,13 +131,24 @@ def simulate(
     return SimulatedScene(scene, truth)
 
 
+def _kind(name: str | Surface, finger: Finger, dimensions: dict[str, float]) -> Surface:
+    """The surface that was asked for; one without dimensions is as large as the finger needs."""
+    if not isinstance(name, str):
+        return name
+    return (
+        surface(name, **dimensions)
+        if dimensions
+        else fitting_surface(name, finger.radii_m[1], finger.aside_m)
+    )
+
+
 def _sphere(radius_m: float) -> Fingertip:
     if not 0 < radius_m <= 0.1:
         raise UsageError(f"the fingertip's radius must be in (0, 0.1] m, not {radius_m:g}")
     return grid_fingertip(radius_m, pitch_m=0.07 * radius_m)
 
 
-def _check(kind: Surface, radius_m: float, rate_hz: float, sites: tuple[tuple[float, ...], ...]) -> None:
+def _check(kind: Surface, finger: Finger, rate_hz: float, sites: tuple[tuple[float, ...], ...]) -> None:
     if not 100 <= rate_hz <= 1e5:
         raise UsageError(f"the sampling rate must be at least 100 Hz and at most 100 kHz, not {rate_hz:g}")
     if not sites:
@@ -146,14 +158,16 @@ def _check(kind: Surface, radius_m: float, rate_hz: float, sites: tuple[tuple[fl
         if place is None and kind.category != "occluded":
             where = ", ".join(f"{value:g}" for value in site)
             raise UsageError(f"site ({where}) m is beside the {kind.name}: choose a place on it")
-        room = getattr(kind, "radius_m", np.inf)
+        room, needed, fits = getattr(kind, "radius_m", np.inf), finger.aside_m, finger.aside_m
         if place is not None:
             k1 = kind.principal_curvatures(place[0])[0]
-            room = np.inf if k1 <= 0 else 1 / k1
-        if room < 1.2 * radius_m:
+            room, (needed, fits) = np.inf if k1 <= 0 else 1 / k1, finger.radii_m
+        elif finger.is_sphere:
+            needed = fits = finger.tip.radius_m
+        if room < 1.2 * needed:
             raise UsageError(
-                f"a fingertip of radius {radius_m:g} m does not fit into the {kind.name} "
-                f"of radius {room:.3g} m: make the surface wider"
+                f"the fingertip does not fit into the {kind.name} of radius {room:.3g} m: "
+                f"the smallest radius that it fits into is {1.2 * fits:.3g} m"
             )
 
 
