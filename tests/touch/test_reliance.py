@@ -3,7 +3,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evifuse.touch import ShapeOperator, contact_quality, contact_track, reliance, spherical_fingertip
+from evifuse.touch import (
+    RollCurvature,
+    ShapeOperator,
+    contact_quality,
+    contact_track,
+    reliance,
+    spherical_fingertip,
+)
 from evifuse.touch.reliance import TERMS, load_reliance, resolution
 from tests.touch.rolled import plane, rolled
 
@@ -44,5 +51,14 @@ def test_the_patch_of_a_sphere_on_a_plane_is_known():
 
 
 def test_an_error_as_large_as_the_threshold_is_one():
-    assert resolution(ShapeOperator(0.0, -9.0, 2.0, 5.0, 0.0), 5.0) == 1.0
-    assert resolution(ShapeOperator(0.0, -9.0, 2.0, 500.0, 0.0), 5.0) == 5.0
+    assert resolution(ShapeOperator(0.0, -9.0, 2.0, 5.0, 0.0), [], 5.0) == 1.0
+    assert resolution(ShapeOperator(0.0, -9.0, 2.0, 500.0, 0.0), [], 5.0) == 10.0
+    assert resolution(None, [], 5.0) == 0.0
+
+
+def test_without_an_operator_the_errors_of_the_rolls_count():
+    rolls = [
+        RollCurvature(np.arange(3), 0.0, 1.0, e, 1.0, 0.0, np.array([1.0, 0.0]), np.zeros(2), np.ones(2))
+        for e in (1.0, 10.0, 200.0)
+    ]
+    assert resolution(None, rolls, 5.0) == 2.0

@@ -23,6 +23,8 @@ DWELL_NS, DWELL_BLOCK_NS = 150_000_000, 20_000_000
 """A finger that was lowered in vain stays so long, as means over the shorter time tell."""
 STILL = 0.05
 """It stays where it moves by less than this share of its radius in such a time."""
+FAMILIAR = 4.0
+"""Nearer than this to a touched site, in radii of the fingertip, its fitted surface says what to expect."""
 APPROACH_NS = 1_000_000_000
 """So long before and after it is looked for how high it was."""
 
@@ -63,9 +65,10 @@ def missed_sites(
 
     A lift between rolls stays above the surface. A site was missed where the finger, without contact, stayed
     for 20 ms or more clearly below both the tangent plane and the fitted surface of every touched site within
-    reach. It was missed as well, though that is believed to 0.8 at most, where the finger was lowered, stayed
-    for 150 ms without contact, and was lifted again, if that was clearly below the level, the tangent plane
-    or the fitted surface of some touched site: what touched sites say of a far place may be wrong.
+    reach. It was missed as well, though that is believed to 0.8 at most, where the finger was lowered far
+    from every touched site, stayed for 150 ms without contact, and was lifted again, if that was clearly
+    below the level, the tangent plane or the fitted surface of one of them: what touched sites say of a far
+    place may be wrong.
 
     Parameters
     ----------
@@ -129,6 +132,8 @@ def _lowered_in_vain(
         turned = rotation.rotate(recording.orientation_xyzw[start:stop], facing).mean(axis=0)
         up = -turned / np.linalg.norm(turned)
         centre = np.median(recording.position_m[start:stop], axis=0)
+        if min(float(np.linalg.norm(site.centre_m - centre)) for site in sites) < FAMILIAR * radius:
+            continue
         heights = (recording.position_m - centre) @ up
         drops: list[float] = []
         for near in (

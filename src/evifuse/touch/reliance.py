@@ -7,7 +7,7 @@ hardly rise above their noise, and a finger that slips. What each costs is in `k
 the primitives are calibrated.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -18,13 +18,15 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
-from evifuse.touch.curvature import ShapeOperator
+from evifuse.touch.curvature import RollCurvature, ShapeOperator
 from evifuse.touch.fingertip import taxel_pitch_m
 
 __all__ = ["TERMS", "contact_quality", "load_reliance", "reliance", "resolution"]
 
 TERMS = ("coarse", "noisy", "slip", "unresolved")
 """What makes a site less reliable, each 0 where there is nothing to complain of."""
+MOST_UNRESOLVED = 10.0
+"""Beyond that many thresholds an error says nothing more."""
 SAMPLES = 128
 """How many samples of a site the quality of its contact is averaged over, about."""
 
@@ -84,22 +86,28 @@ def contact_quality(
     }
 
 
-def resolution(shape: ShapeOperator, gamma_per_m: float) -> float:
-    """Term ``unresolved``: standard error over the threshold between flat and curved, at most 5.
+def resolution(shape: ShapeOperator | None, rolls: Sequence[RollCurvature], gamma_per_m: float) -> float:
+    """Term ``unresolved``: standard error over the threshold between flat and curved, at most 10.
 
     Parameters
     ----------
-    shape : ShapeOperator
-        The operator with its errors.
+    shape : ShapeOperator or None
+        The operator: the larger of its errors counts.
+    rolls : sequence of RollCurvature
+        Without an operator, the median of their errors counts.
     gamma_per_m : float
         Threshold of the fingertip, 1/m.
 
     Returns
     -------
     float
-        0 for an operator that is known exactly.
+        0 for what is known exactly, or where there is nothing to know.
     """
-    return min(max(shape.k1_error_per_m, shape.k2_error_per_m) / gamma_per_m, 5.0)
+    if shape is not None:
+        error = max(shape.k1_error_per_m, shape.k2_error_per_m)
+    else:
+        error = float(np.median([roll.standard_error_per_m for roll in rolls])) if rolls else 0.0
+    return min(error / gamma_per_m, MOST_UNRESOLVED)
 
 
 def reliance(terms: Mapping[str, float], model: Reliance | None = None) -> float:

@@ -1,5 +1,7 @@
 """The logical curvature sensor: a recording of a rolled finger in, belief over curvature primitives out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from evifuse.conductivity import KnowledgeBase, classify
@@ -18,6 +20,7 @@ from evifuse.touch.curvature import (
 from evifuse.touch.edges import Edge, beside_edges, find_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature, OneDirection
+from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.joint import turned_by_joint
 from evifuse.touch.mended import mended
 from evifuse.touch.missing import missed_sites
@@ -72,8 +75,11 @@ def sense_curvature(
         recording = turned
         guide, track = guided(turned, contact_track(turned))
         touched = find_sites(guide, track)
+    ball = isinstance(surface_of(recording.fingertip), SphereSurface)
     recording, track, touched = as_sphere(recording, guide, track, touched)
     measured = [[measure_roll(recording, track, site, roll) for roll in site.rolls] for site in touched]
+    if not ball:  # how far another finger would have to turn depends on where it touches
+        measured = [[replace(roll, slip=float("nan")) for roll in found] for found in measured]
     rolls = [[roll for roll in found if np.isfinite(roll.curvature_per_m)] for found in measured]
     shapes = [site_shape(recording, track, site) for site in touched]
     if model == "resolved":
@@ -130,9 +136,7 @@ def _relied_on(
     samples = np.concatenate([roll.samples for roll in rolls])
     slips = [roll.slip for roll in rolls if np.isfinite(roll.slip)]  # none without a joint angle
     terms = contact_quality(recording, track, samples, float(np.median(slips)) if slips else 0.0)
-    if shape is not None:
-        terms["unresolved"] = resolution(shape, gamma_per_m)
-    return reliance(terms)
+    return reliance(terms | {"unresolved": resolution(shape, rolls, gamma_per_m)})
 
 
 def _only(rolls: list[RollCurvature]) -> OneDirection | None:
