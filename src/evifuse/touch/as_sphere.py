@@ -19,17 +19,14 @@ from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
 from evifuse.touch.envelope import closest_contacts
 from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
-from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.fingertip import surrounded
 from evifuse.touch.patch import Blocks, fit_patch
 from evifuse.touch.pole import pole_of
 from evifuse.touch.quadrics import unit_rows
-from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["as_sphere", "guided"]
 
-SURROUNDED = 0.7
-"""A taxel with fewer neighbours than this share of what is usual is on the rim of the array."""
 ROUNDS = 15
 """Contacts and patch are found in turns, at most so many times."""
 SETTLED = 3e-4
@@ -75,7 +72,7 @@ def guided(recording: TouchRecording, track: ContactTrack) -> tuple[TouchRecordi
     direction[rows], normal[rows] = outward, -rotate(turn[rows], outward)
     point[rows] = recording.position_m[rows] + rotate(turn[rows], finger)
     interior = np.zeros_like(track.touching)
-    interior[rows] = _surrounded(tip)[strongest]
+    interior[rows] = surrounded(tip)[strongest]
     found = replace(track, interior=interior, direction=direction, normal=normal, point_m=point)
     return replace(recording, position_m=centre), found
 
@@ -199,11 +196,3 @@ def _placed(site: ContactSite, guide: TouchRecording, centre: Array, normal: Arr
     near = samples[np.argsort(apart, kind="stable")[: max(1, len(samples) // 10)]]
     facing = normal[near].sum(axis=0)
     return ContactSite(np.median(centre[near], axis=0), facing / np.linalg.norm(facing), site.rolls)
-
-
-@per_fingertip
-def _surrounded(tip: Fingertip) -> NDArray[np.bool_]:
-    """Taxels (N,) that aren't on the rim of the array."""
-    apart = np.linalg.norm(tip.positions_m[:, None] - tip.positions_m[None], axis=-1)
-    near = (apart < 2 * taxel_pitch_m(tip)).sum(axis=1)
-    return near >= SURROUNDED * np.percentile(near, 75)

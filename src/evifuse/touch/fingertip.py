@@ -7,7 +7,10 @@ from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
 from evifuse.touch.remembered import per_fingertip
 
-__all__ = ["spherical_fingertip", "taxel_areas", "taxel_coverage", "taxel_pitch_m"]
+__all__ = ["spherical_fingertip", "surrounded", "taxel_areas", "taxel_coverage", "taxel_pitch_m"]
+
+SURROUNDED = 0.7
+"""A taxel with fewer neighbours than this share of what is usual is on the rim of the array."""
 
 
 def spherical_fingertip(radius_m: float = 0.010, pitch_m: float = 0.0007, cap_rad: float = 0.61) -> Fingertip:
@@ -122,6 +125,24 @@ def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64
     """
     within = np.count_nonzero(_cosines(fingertip) >= np.cos(reach_rad), axis=1)
     return np.minimum(within / float(np.percentile(within, 75)), 1.0)
+
+
+@per_fingertip
+def surrounded(fingertip: Fingertip) -> NDArray[np.bool_]:
+    """Which taxels aren't on the rim of an array of any form (our own).
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Geometry of the fingertip, N taxels.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        Those with at least 70 % of the usual number of others within two pitches.
+    """
+    near = (_distances_m(fingertip) < 2 * taxel_pitch_m(fingertip)).sum(axis=1)
+    return near >= SURROUNDED * np.percentile(near, 75)
 
 
 @per_fingertip

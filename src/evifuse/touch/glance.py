@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
 
-__all__ = ["Glance", "glance_at"]
+__all__ = ["Glance", "glance_at", "glance_of"]
 
 SAMPLES = 400
 """Samples that are looked at, about."""
@@ -56,9 +56,24 @@ def glance_at(recording: TouchRecording) -> Glance:
     Glance
         Enough to tell that nothing is wrong.
     """
+    every = max(1, len(recording.pressure_pa) // SAMPLES)
+    return glance_of(np.ascontiguousarray(recording.pressure_pa[::every]))
+
+
+def glance_of(sample: Array) -> Glance:
+    """What is usual in some samples.
+
+    Parameters
+    ----------
+    sample : ndarray of float64, shape (S, N)
+        Pressures, pascals.
+
+    Returns
+    -------
+    Glance
+        With the samples.
+    """
     from evifuse.touch._kernels_health import taxel_statistics
 
-    every = max(1, len(recording.pressure_pa) // SAMPLES)
-    sample = np.ascontiguousarray(recording.pressure_pa[::every])
     columns = np.ascontiguousarray(sample.T)
     return Glance(sample, columns, *taxel_statistics(columns, max(1, len(sample) // USUAL)))

@@ -21,6 +21,7 @@ __all__ = [
     "health",
     "may_drift",
     "named",
+    "silent_among",
     "silent_taxels",
 ]
 
@@ -182,7 +183,24 @@ def silent_taxels(
     dead, stuck : ndarray of bool, shape (N,)
         Silent at about 0, and at another value.
     """
-    seen = glance_at(recording) if seen is None else seen
+    return silent_among(recording.fingertip, glance_at(recording) if seen is None else seen)
+
+
+def silent_among(fingertip: Fingertip, seen: Glance) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Taxels that say nothing although their neighbours do, in some samples: see `silent_taxels`.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Geometry of the fingertip, N taxels.
+    seen : Glance
+        The samples.
+
+    Returns
+    -------
+    dead, stuck : ndarray of bool, shape (N,)
+        Silent at about 0, and at another value.
+    """
     quiet, reach = seen.quiet, seen.reach
     peak = _peak(seen.rise)
     if peak <= 0:  # nothing ever changes: no taxel can be told from another
@@ -196,7 +214,7 @@ def silent_taxels(
     least = max(LOADED * peak, 5 * floor)
     for _ in range(2):  # what is silent itself says nothing about its neighbours
         touched = (seen.rise > least) & ~silent
-        found = _unanswering(recording.fingertip, seen, suspect & ~silent, touched, least)
+        found = _unanswering(fingertip, seen, suspect & ~silent, touched, least)
         silent = silent | found
         if not found.any():
             break

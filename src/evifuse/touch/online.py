@@ -115,6 +115,9 @@ class CurvatureTracker:
     ----------
     fingertip : Fingertip
         Geometry of the fingertip, N taxels.
+    usable : ndarray of bool, shape (N,), optional
+        Taxels that are known to respond, such as `FingertipHealth.usable` of an earlier recording. The
+        others, and those that are found to be silent on the way, are filled in from the taxels around them.
 
     Examples
     --------
@@ -125,9 +128,9 @@ class CurvatureTracker:
     False
     """
 
-    def __init__(self, fingertip: Fingertip) -> None:
+    def __init__(self, fingertip: Fingertip, usable: NDArray[np.bool_] | None = None) -> None:
         self._tip = fingertip
-        self._finder = ContactFinder(fingertip)
+        self._finder = ContactFinder(fingertip, usable)
         self._step_m = 0.5 * taxel_pitch_m(fingertip)
         self._sum, self._start = np.zeros(10), np.zeros(3)
         self._blocks: list[Array] = []
@@ -163,21 +166,21 @@ class CurvatureTracker:
         joint_angle_rad : float
             Angle of the distal joint, radians. The pose holds it, so it is not used.
         pressure_pa : ndarray of float64, shape (N,)
-            Pressures, pascals.
+            Pressures, pascals; NaN where a taxel reads nothing.
 
         Returns
         -------
         Tracking
             What is known now.
         """
-        touching, direction = self._finder.find(pressure_pa)
+        touching, direction, centre = self._finder.find(pressure_pa)
         if not touching:
             if self._blocks and time_ns - self._last_ns > LIFT_NS:
                 self._lift()
             return Tracking(False)
         self._last_ns = time_ns
         if direction is not None:
-            position = np.asarray(position_m, dtype=np.float64)
+            position = np.asarray(position_m, dtype=np.float64) + _turned(orientation_xyzw, centre)
             self._gather(position, orientation_xyzw, direction)
         return self._now
 
