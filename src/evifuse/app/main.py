@@ -250,7 +250,8 @@ def simulate(
         int | None, Parameter(help="Write so many labelled random recordings into a folder instead.")
     ] = None,
     mesh: Annotated[
-        tuple[str, ...], Parameter(help="For --random: roll over these meshes (files or folders).")
+        tuple[str, ...],
+        Parameter(help="For --random: roll over these meshes (files, folders), or over 'random' ones."),
     ] = (),
     list_: Annotated[
         bool, Parameter(name="--list", negative="", help="Print the catalogue of surfaces.")
@@ -277,6 +278,8 @@ def simulate(
         if surface is not None or radius is not None or size:
             raise UsageError("--random draws the surfaces itself: leave SURFACE, --radius and --size out")
         run_random(random, seed, out, fingertip, noise, mesh, json)
+    elif mesh:
+        raise UsageError(f"--mesh {mesh[0]} is for --random: for one recording give the mesh as SURFACE")
     elif surface is None:
         raise UsageError("nothing to simulate: give a surface or a mesh, --random N, or --list")
     else:

@@ -107,7 +107,7 @@ def run_simulate(
             mesh, seed=seed, fingertip=tip, sites=auto_sites(mesh, 2, seed=seed, fingertip=tip), noise=level
         )
     else:
-        made = simulate(surface(name, **dimensions), seed=seed, fingertip=tip, noise=level)
+        made = simulate(name, seed=seed, fingertip=tip, noise=level, **dimensions)
     write_scene(out, made.scene)
     if as_json:
         _print_json({"file": str(out), "truth": _truth(made)})
@@ -148,7 +148,7 @@ def run_random(
     noise : str or None
         Level of the noise; any by chance without it.
     meshes : sequence of str
-        Mesh files, or folders of them.
+        Mesh files, or folders of them; ``random`` alone for bodies that are drawn as well.
     as_json : bool
         Print a summary as JSON.
 
@@ -164,7 +164,7 @@ def run_random(
     if noise is not None:
         _level(noise)
     tip = None if fingertip is None else load_fingertip(fingertip)
-    bodies = [load_mesh(file) for file in _mesh_files(meshes)]
+    bodies = "random" if tuple(meshes) == ("random",) else [load_mesh(file) for file in _mesh_files(meshes)]
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
         bar = progress.add_task("simulating", total=count)
         written = write_dataset(

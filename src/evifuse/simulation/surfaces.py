@@ -1,6 +1,7 @@
 """The catalogue of surfaces, by name."""
 
 from dataclasses import fields
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -61,7 +62,9 @@ def surface(name: str, **dimensions: float) -> Surface:
     (0.0, -50.0)
     """
     if name not in SURFACES:
-        raise UsageError(f"unknown surface {name!r}: use one of {', '.join(SURFACES)}")
+        like = get_close_matches(name.lower(), SURFACES, n=1)
+        meant = f"did you mean {like[0]!r}? There are" if like else "use one of"
+        raise UsageError(f"unknown surface {name!r}: {meant} {', '.join(SURFACES)}, and any mesh file")
     kind = SURFACES[name]
     known = tuple(field.name for field in fields(kind))
     for key, value in dimensions.items():
