@@ -45,6 +45,8 @@ class SiteRow:
     chapter_pignistic: dict[str, float]
     masses: dict[str, float] = field(default_factory=dict[str, float])
     edge: str = ""
+    chapter_masses: dict[str, float] = field(default_factory=dict[str, float])
+    radius_m: float = 0.01
 
     @property
     def relative(self) -> float:
@@ -122,8 +124,9 @@ def rows_of(
     key: tuple[str, str, str, int, float],
 ) -> list[SiteRow]:
     rows: list[SiteRow] = []
+    radius = scene.scene.touch.fingertip.radius_m
     for true in scene.truth.sites:
-        reach = SAME_PLACE_M if true.contact else OPENING_M
+        reach = SAME_PLACE_M if true.contact else max(OPENING_M, radius)
         near = [s for s in felt.sites if np.linalg.norm(s.position_m - true.position_m) < reach]
         site = min(near, key=lambda s: float(np.linalg.norm(s.position_m - true.position_m)), default=None)
         index = next((i for i, s in enumerate(felt.sites) if s is site), -1)
@@ -145,6 +148,8 @@ def rows_of(
                 chapter_pignistic=_shares(by_chapter.evidence),
                 masses={} if site is None else site.evidence.as_dict(),
                 edge=_edge(site),
+                chapter_masses=by_chapter.evidence.as_dict(),
+                radius_m=radius,
             )
         )
     return rows

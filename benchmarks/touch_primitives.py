@@ -12,8 +12,9 @@ from touch_cases import NAMES, SiteRow, interval, rows_of
 from evifuse.errors import EvifuseError
 from evifuse.recordings.recording import Fingertip
 from evifuse.simulation import NOISES, SimulatedScene, simulate
-from evifuse.simulation.dataset import Case, random_case
+from evifuse.simulation.cases import Case, random_case
 from evifuse.simulation.mesh import MeshSurface, load_mesh
+from evifuse.simulation.random_cases import random_body_case
 from evifuse.touch import curvature_threshold_per_m, sense_curvature
 
 BINS = 10
@@ -34,23 +35,35 @@ def load_meshes(folder: Path | None) -> list[MeshSurface]:
 def run(
     seed: int, count: int, tips: Mapping[str, Fingertip | None], meshes: list[MeshSurface]
 ) -> Iterator[SiteRow]:
-    """So many random recordings with each fingertip, seven primitives in turn, and as many on meshes."""
+    """So many random recordings with each fingertip, seven primitives in turn.
+
+    They are felt on random bodies, on the catalogue's surfaces, and on household objects where there are any;
+    random bodies with the first fingertip six times as many.
+    """
     for finger, tip in tips.items():
-        radius = 0.01 if tip is None else tip.radius_m
-        for where, bodies in {"catalogue": [], "mesh": meshes}.items():
-            if where == "mesh" and not meshes:
-                continue
-            for number in range(count):
-                try:
-                    case = random_case(seed, number, fingertip=tip, meshes=bodies)
-                    scene = simulated(case, tip)
-                except EvifuseError as error:
-                    print(f"left out: {finger}, {where} {number}: {error}", file=sys.stderr)
-                    continue
-                felt = sense_curvature(scene.scene.touch)
-                by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
-                for row in rows_of(scene, felt, by_chapter, (where, case.noise, finger, number, np.nan)):
-                    yield labelled(row, radius)
+        for where in ("random", "catalogue", "household") if meshes else ("random", "catalogue"):
+            more = 6 if where == "random" and finger == next(iter(tips)) else 1
+            for number in range(more * count):
+                yield from felt_case(seed, number, finger, tip, where, meshes)
+
+
+def felt_case(
+    seed: int, number: int, finger: str, tip: Fingertip | None, where: str, meshes: list[MeshSurface]
+) -> list[SiteRow]:
+    """Rows of one recording; what does not fit is said."""
+    try:
+        if where == "random":
+            case = random_body_case(seed, number, fingertip=tip)
+        else:
+            case = random_case(seed, number, fingertip=tip, meshes=meshes if where == "household" else ())
+        scene = simulated(case, tip)
+    except EvifuseError as error:
+        print(f"left out: {finger}, {where} {number}: {error}", file=sys.stderr)
+        return []
+    felt = sense_curvature(scene.scene.touch)
+    by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
+    key = (where, case.noise, finger, number, np.nan)
+    return [labelled(row, row.radius_m) for row in rows_of(scene, felt, by_chapter, key)]
 
 
 def simulated(case: Case, tip: Fingertip | None) -> SimulatedScene:
@@ -100,44 +113,63 @@ def confusion(rows: Sequence[SiteRow]) -> list[list[int]]:
     return table.tolist()
 
 
+def is_clear(row: SiteRow) -> bool:
+    """Whether no curvature is within a fifth of the threshold between flat and curved."""
+    gamma = curvature_threshold_per_m(row.radius_m)
+    return not any(0.8 < abs(k) / gamma < 1.2 for k in row.k)
+
+
 def summary(rows: list[SiteRow]) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = []
-    groups = {"all": rows}
-    groups |= {noise: [row for row in rows if row.noise == noise] for noise in NOISES}
-    groups |= {where: [row for row in rows if row.surface == where] for where in ("catalogue", "mesh")}
-    groups |= {
-        tip: [row for row in rows if row.fingertip == tip] for tip in {row.fingertip: 0 for row in rows}
+    """One entry for each group of sites; the first is all of them."""
+    first = rows[0].fingertip if rows else ""
+    groups: dict[str, list[SiteRow]] = {"all": rows}
+    for tip in {row.fingertip: 0 for row in rows}:
+        for where in ("random", "catalogue", "household"):
+            own = [row for row in rows if row.surface == where and row.fingertip == tip]
+            groups[f"{tip.removeprefix('paxini:')}, {where}"] = own
+            if where == "random" and tip == first:
+                groups |= {f"  noise {noise}": [row for row in own if row.noise == noise] for noise in NOISES}
+                groups["  clear of the threshold"] = [row for row in own if is_clear(row)]
+    return [_measured(name, group) for name, group in groups.items() if group]
+
+
+def _measured(name: str, group: list[SiteRow]) -> dict[str, Any]:
+    error, tenths = calibration(group)
+    by_chapter = [max(r.chapter_pignistic, key=r.chapter_pignistic.__getitem__) for r in group]
+    planes = [row for row in group if row.primitive == "P"]
+    beliefs = {"belief_in_planes": [row.masses.get("P", 0.0) for row in planes]}
+    beliefs["chapter_belief_in_planes"] = [row.chapter_masses.get("P", 0.0) for row in planes]
+    return {
+        "group": name,
+        "sites": len(group),
+        "accuracy": interval([float(row.name == row.primitive) for row in group], np.mean),
+        "ece": error,
+        "tenths": tenths,
+        "confusion": confusion(group),
+        "chapter_accuracy": float(
+            np.mean([b == r.primitive for b, r in zip(by_chapter, group, strict=True)])
+        ),
+        "chapter_ece": calibration(group, chapter=True)[0],
+        **{key: float(np.median(values)) if values else None for key, values in beliefs.items()},
     }
-    for name, group in groups.items():
-        if group:
-            error, tenths = calibration(group)
-            chapter, _ = calibration(group, chapter=True)
-            by_chapter = [max(r.chapter_pignistic, key=r.chapter_pignistic.__getitem__) for r in group]
-            found.append(
-                {
-                    "group": name,
-                    "sites": len(group),
-                    "accuracy": interval([float(row.name == row.primitive) for row in group], np.mean),
-                    "ece": error,
-                    "tenths": tenths,
-                    "confusion": confusion(group),
-                    "chapter_accuracy": float(
-                        np.mean([b == r.primitive for b, r in zip(by_chapter, group, strict=True)])
-                    ),
-                    "chapter_ece": chapter,
-                }
-            )
-    return found
 
 
 def print_summary(rows: list[dict[str, Any]]) -> None:
-    print("group                  sites | right % (95 %)         ECE   | chapter: right %  ECE")
+    """The table: accuracy, calibration, and the median belief in P where the surface is flat."""
+    print(
+        "group                      sites  right % (95 %)         ECE  m(P) on P | chapter: right % ECE  m(P)"
+    )
     for row in rows:
         accuracy, low, high = (100 * v for v in row["accuracy"])
-        print(
-            f"{row['group']:<22} {row['sites']:5d} | {accuracy:5.1f} ({low:5.1f} to {high:5.1f})"
-            f"  {row['ece']:.3f} | {100 * row['chapter_accuracy']:14.1f}  {row['chapter_ece']:.3f}"
+        own, other = (
+            "   -" if row[key] is None else f"{row[key]:.2f}"
+            for key in ("belief_in_planes", "chapter_belief_in_planes")
         )
-    print("true \\ felt " + "".join(f"{name:>5}" for name in NAMES))
-    for name, counts in zip(NAMES, rows[0]["confusion"], strict=True):
-        print(f"{name:>11} " + "".join(f"{count:5d}" for count in counts))
+        print(
+            f"{row['group']:<26} {row['sites']:5d} {accuracy:6.1f} ({low:5.1f} to {high:5.1f}) {row['ece']:.3f}"
+            f"       {own} | {100 * row['chapter_accuracy']:16.1f} {row['chapter_ece']:.3f}  {other}"
+        )
+    for row in rows[:2]:
+        print(f"{row['group']}: true \\ felt".ljust(28) + "".join(f"{name:>5}" for name in NAMES))
+        for name, counts in zip(NAMES, row["confusion"], strict=True):
+            print(f"{name:>27} " + "".join(f"{count:5d}" for count in counts))
