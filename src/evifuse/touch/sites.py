@@ -19,6 +19,10 @@ AROUND = 8
 """Over so many samples the normal at the end of a contact is averaged."""
 LONGEST_BRIDGE_NS = 500_000_000
 """Half a second without pressure is the end of a contact."""
+LONGEST_JUMP_NS = 300_000_000
+"""A finger that loses contact while it rolls is back after less than that: 0.3 s."""
+KEPT_WAY = 0.9
+"""Cosine of how much its way may turn meanwhile."""
 SAME_SITE = 0.75
 """Rolls whose middles are further apart than this share of their length have no site in common."""
 
@@ -73,9 +77,15 @@ def find_sites(recording: TouchRecording, track: ContactTrack) -> list[ContactSi
     radius = recording.fingertip.radius_m
     for samples in still:
         site = _site(recording, track, [samples], _middle(recording, samples)[None])
-        if all(np.linalg.norm(site.centre_m - other.centre_m) > 0.5 * radius for other in sites):
+        if all(_apart(site, other, radius) > 0.5 * radius for other in sites):
             sites.append(ContactSite(site.centre_m, site.normal, ()))
     return sorted(sites, key=lambda site: int(site.rolls[0][0]) if site.rolls else len(recording.time_ns))
+
+
+def _apart(one: ContactSite, other: ContactSite, radius_m: float) -> float:
+    """Distance of two sites, of the finger's centres or of what it touches, whichever is less, metres."""
+    touched = [site.centre_m - radius_m * site.normal for site in (one, other)]
+    return float(min(np.linalg.norm(one.centre_m - other.centre_m), np.linalg.norm(touched[0] - touched[1])))
 
 
 def _bridged(
@@ -90,6 +100,9 @@ def _bridged(
             before = joined[-1][1] - 1
             brief = recording.time_ns[start] - recording.time_ns[before] < LONGEST_BRIDGE_NS
             if brief and not np.any((after_gaps >= before) & (after_gaps < start)):
+                if _goes_on(recording, joined[-1][0], before, start, stop - 1):
+                    joined[-1] = (joined[-1][0], stop)
+                    continue
                 aside = _off_the_arc(recording, track, before, start)
                 middle = np.sort(aside)[int(0.9 * (len(aside) - 1))]  # a few samples may be noise
                 if middle < BRIDGE * recording.fingertip.radius_m:
@@ -97,6 +110,25 @@ def _bridged(
                     continue
         joined.append((start, stop))
     return joined
+
+
+def _goes_on(recording: TouchRecording, first: int, before: int, start: int, last: int) -> bool:
+    """Whether a finger that lost contact for a moment kept its way and speed: a jump is no new roll."""
+    time_ns, place = recording.time_ns, recording.position_m
+    if time_ns[start] - time_ns[before] > LONGEST_JUMP_NS:
+        return False
+    reach = 2 * LONGEST_JUMP_NS // 3
+    early = max(first, int(np.searchsorted(time_ns, time_ns[before] - reach)))
+    late = min(last, int(np.searchsorted(time_ns, time_ns[start] + reach)))
+    pieces = ((early, before), (before, start), (start, late))
+    if any(j <= i for i, j in pieces):
+        return False
+    speed = np.stack([(place[j] - place[i]) / (time_ns[j] - time_ns[i]) for i, j in pieces])
+    size = np.linalg.norm(speed, axis=1)
+    if size.min() < 0.5 * size.max():
+        return False
+    ways = speed / size[:, None]
+    return float((ways @ ways.T).min()) > KEPT_WAY
 
 
 def _off_the_arc(
