@@ -107,7 +107,8 @@ def run_simulate(
             mesh, seed=seed, fingertip=tip, sites=auto_sites(mesh, 2, seed=seed, fingertip=tip), noise=level
         )
     else:
-        made = simulate(name, seed=seed, fingertip=tip, noise=level, **dimensions)
+        kind = surface(name, **dimensions) if dimensions else name
+        made = simulate(kind, seed=seed, fingertip=tip, noise=level)
     write_scene(out, made.scene)
     if as_json:
         _print_json({"file": str(out), "truth": _truth(made)})
