@@ -1,10 +1,14 @@
 """The logical curvature sensor: a recording of a rolled finger in, belief over curvature primitives out."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
-from evifuse.conductivity import KnowledgeBase, classify
+from evifuse.belief import MassFunction, on_frame
+from evifuse.conductivity import Classification, CompiledClassifier, KnowledgeBase, classify
+from evifuse.conductivity import compile as compile_knowledge
+from evifuse.errors import KnowledgeError
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.as_sphere import as_sphere, guided
@@ -114,13 +118,29 @@ def sense_curvature(
         FeltSite(site.position_m, site.normal, False, None, evidence_from_sites([], [site.belief]))
         for site in missed
     )
-    classification = classify(evidence, knowledge)
+    classification = _classified(evidence, knowledge)
     warnings = _warnings(recording, touched, rolls, shapes, edges)
     if turned is not None:
         said = f"{recording.name}: the pose leaves out the joint's turn; it is taken from the joint angle"
         warnings = (said, *warnings)
     warnings = (*repairs, *warnings)
     return FeltSurface(local, sites, evidence, classification, gamma, warnings)
+
+
+def _classified(evidence: MassFunction, knowledge: KnowledgeBase) -> Classification:
+    """The evidence's classes, as `classify` gives them, with what doesn't depend on the masses kept."""
+    known = on_frame(evidence.to("shared"), knowledge.frame)
+    try:
+        compiled = _compiled(knowledge, tuple(known.focal_sets.tolist()))
+    except KnowledgeError:  # a reading that has no matrices
+        return classify(evidence, knowledge)
+    return compiled.classify(known.masses)
+
+
+@lru_cache(maxsize=64)
+def _compiled(knowledge: KnowledgeBase, focal_sets: tuple[int, ...]) -> CompiledClassifier:
+    """The knowledge base made ready for evidence on these focal sets."""
+    return compile_knowledge(knowledge, np.array(focal_sets, dtype=np.int64))
 
 
 def _relied_on(
