@@ -64,9 +64,10 @@ class HullSurface:
         middle = weight @ self.positions_m
         over = height - np.sum(middle * directions, axis=1)
         axes = tangent_axes(directions)
-        beside = np.einsum("nj,mja->mna", self.positions_m, axes)
-        beside -= np.einsum("mj,mja->ma", middle, axes)[:, None]
-        spread = np.einsum("mn,mna,mnb->mab", weight, beside, beside) / self.share_m
+        # the covariance of the load over the taxels, in the tangent plane
+        products = (self.positions_m[:, :, None] * self.positions_m[:, None]).reshape(-1, 9)
+        loads = (weight @ products).reshape(-1, 3, 3) - middle[:, :, None] * middle[:, None]
+        spread = axes.transpose(0, 2, 1) @ loads @ axes / self.share_m
         radii: Array = spread + (over + SHARPEST_M)[:, None, None] * np.eye(2)
         points: Array = middle + over[:, None] * directions
         return points, radii, axes
