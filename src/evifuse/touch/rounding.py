@@ -6,7 +6,7 @@ fingertip itself. So r is measured on the arc, and a sharp edge is a number like
 The pose alone tells the arc; the normals tell how far it goes, and hold its middle where it is short.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
+from evifuse.touch.pressed import pressed_m
 from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
@@ -30,8 +31,6 @@ TAXEL_SHARE = 0.3
 """How far the felt normal may stick, over the angle between neighbouring taxels."""
 PIECES, FEWEST = 32, 5
 """A roll is cut into so many pieces; an arc has so many at least."""
-PRESSED, PRESSED_ERROR = 0.015, 0.01
-"""Press depth and its error, over the fingertip's radius."""
 STEADY = 2.5e-4
 """Error of the height that is left when the pose is exact, over the fingertip's radius."""
 LEANING_RAD = 0.03
@@ -94,7 +93,16 @@ def roundings(recording: TouchRecording, track: ContactTrack, site: ContactSite)
         if len(roll) > 3 * FEWEST
     ]
     bend = _bend([piece.place_m for piece in pieces])
-    return [found for piece in pieces for found in _of_roll(piece, bend, tip.radius_m, taxel_angle_rad(tip))]
+    felt = [own for piece in pieces for own in _of_roll(piece, bend, tip.radius_m, taxel_angle_rad(tip))]
+    if not any(own.convex for own in felt):
+        return felt
+    depth, error = pressed_m(recording, track, site)
+    return [
+        replace(own, radius_m=own.radius_m + depth, error_m=float(np.hypot(own.error_m, error)))
+        if own.convex
+        else own
+        for own in felt
+    ]
 
 
 @dataclass(frozen=True)
@@ -133,7 +141,7 @@ def _bend(places: list[Array]) -> Array | None:
 
 
 def _of_roll(pieces: _Pieces, bend: Array | None, radius: float, taxel_rad: float) -> list[Rounding]:
-    """Roundings of one roll of a finger of some radius, metres."""
+    """Roundings of one roll of a finger of some radius, metres, if it isn't pressed in."""
     place = pieces.place_m
     across, turn, doubt = _turn(place, pieces.normal, bend)
     first, last = np.triu_indices(len(turn), 1)
@@ -162,10 +170,11 @@ def _of_roll(pieces: _Pieces, bend: Array | None, radius: float, taxel_rad: floa
     reach, error = _arcs(np.stack([x, z], axis=1) / radius, turn, first, last, (height / radius, angle))
     lean = angle / total if doubt is None else max(doubt, LEANING_RAD)
     leaning = np.abs(aside[last] - aside[first]) * lean / total / radius
-    error = np.sqrt(error**2 + leaning**2 + PRESSED_ERROR**2)
+    error = np.sqrt(error**2 + leaning**2)
     best = int(np.argmin(error))
-    own = radius * (float(reach[best]) - 1 + PRESSED)
-    found.append(Rounding(own, radius * float(error[best]), float(total[best]), facing))
+    found.append(
+        Rounding(radius * (float(reach[best]) - 1), radius * float(error[best]), float(total[best]), facing)
+    )
     return found
 
 

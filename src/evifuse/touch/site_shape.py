@@ -12,10 +12,14 @@ from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.patch import Blocks, Patch, fit_patch
 from evifuse.touch.profile import press_depth_m, pressure_profile
 from evifuse.touch.sites import ContactSite
+from evifuse.touch.thin import thin_shape
 
 __all__ = ["operator_of_patch", "site_shape"]
 
 Array = NDArray[np.float64]
+
+THIN = 2.5
+"""A dome that is more curved than so many fingertips is no graph over a plane."""
 
 
 def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> ShapeOperator | None:
@@ -40,9 +44,11 @@ def site_shape(recording: TouchRecording, track: ContactTrack, site: ContactSite
     if not site.rolls or spread_rad(directions_of(recording, site)) < NARROWEST_RAD:
         return None
     patch = fit_patch(_blocks(recording, track, site))
-    if not np.isfinite(patch.parameters).all():
-        return None
     xx, _, yy = patch.parameters[3:6]
+    if not min(xx, yy) > -THIN / tip.radius_m:  # or nothing fits
+        thin = thin_shape(recording, track, site)
+        if thin is not None or not np.isfinite(patch.parameters).all():
+            return thin
     samples = np.concatenate(site.rolls)[:: max(1, sum(map(len, site.rolls)) // 200)]
     profile = pressure_profile(
         tip,
