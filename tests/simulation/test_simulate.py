@@ -69,16 +69,20 @@ def test_the_same_seed_gives_the_same_scene_and_another_another():
 
 def test_noise_has_the_stated_size():
     noise = Noise(pressure_pa=2e3, position_m=1e-5, angle_rad=1e-3)
-    clean, noisy = (
-        simulate("bowl", rate_hz=200, procedure=QUICK, noise=n, picture=False).scene.touch
-        for n in (None, noise)
+    share = Noise(pressure_share=0.1)
+    clean, noisy, scaled = (
+        simulate("bowl", rate_hz=1000, procedure=QUICK, noise=n, picture=False).scene.touch
+        for n in (None, noise, share)
     )
     checked_touch(noisy)
     for key, expected in (("pressure_pa", 2e3), ("position_m", 1e-5), ("joint_angle_rad", 1e-3)):
-        np.testing.assert_allclose((getattr(noisy, key) - getattr(clean, key)).std(), expected, rtol=0.1)
+        np.testing.assert_allclose((getattr(noisy, key) - getattr(clean, key)).std(), expected, rtol=0.05)
     cosine = np.abs(np.sum(noisy.orientation_xyzw * clean.orientation_xyzw, axis=1))
     angle = 2 * np.arccos(np.clip(cosine, 0, 1))
-    np.testing.assert_allclose(np.sqrt((angle**2).mean() / 3), 1e-3, rtol=0.1)
+    np.testing.assert_allclose(np.sqrt((angle**2).mean() / 3), 1e-3, rtol=0.05)
+    loaded = clean.pressure_pa > 1e4
+    off = scaled.pressure_pa[loaded] / clean.pressure_pa[loaded] - 1
+    np.testing.assert_allclose(off.std(), 0.1, rtol=0.05)
 
 
 def test_a_simulated_scene_survives_its_file(tmp_path):
