@@ -232,3 +232,34 @@ def feet(theta, points, foot, height, normal, tensor, steps):
                     + e[1, j] * hxy * e[0, k]
                     + e[1, j] * hyy * e[1, k]
                 ) / s
+
+
+@njit
+def scatter(left, used, weight, block_weight, roll, huber):
+    """Scatter (2,) of heights and normals, how neighbours go together (2,), robust weights (B, 2), joints.
+
+    ``left`` (B, 3) are residuals, ``used`` (2,) is the fit's share of the freedom; joints are how many
+    neighbouring blocks are of the same roll.
+    """
+    count = left.shape[0]
+    square, robust = np.empty((count, 2)), np.empty((count, 2))
+    own, total, free, product = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    joints = 0
+    for i in range(count):
+        square[i, 0] = left[i, 0] ** 2
+        square[i, 1] = left[i, 1] ** 2 + left[i, 2] ** 2
+        for k in range(2):
+            own[k] += weight[i, k] * square[i, k]
+            total[k] += square[i, k]
+            free[k] += (k + 1) * weight[i, k]
+        if i and roll[i] == roll[i - 1]:
+            joints += 1
+            product[0] += left[i, 0] * left[i - 1, 0]
+            product[1] += left[i, 1] * left[i - 1, 1] + left[i, 2] * left[i - 1, 2]
+    for k in range(2):
+        own[k] = np.sqrt(own[k] / max(free[k] - used[k], 1.0)) + 1e-12
+        product[k] = min(max(product[k] / max(total[k], 1e-300), 0.0), 0.8)
+        for i in range(count):
+            size = np.sqrt(square[i, k] / (k + 1)) / own[k]
+            robust[i, k] = block_weight[i] * min(1.0, huber / max(size, 1e-9))
+    return own, product, robust, joints

@@ -142,21 +142,14 @@ def fit_patch(blocks: Blocks, iterations: int = 10, start: Patch | None = None) 
 
 def _scatter(left: Array, used: Array, weight: Array, blocks: Blocks) -> tuple[Array, Array]:
     """Scatter of heights and normals that is left, freed of the fit's share, and weights for the next fit."""
-    square = np.stack([left[:, 0] ** 2, left[:, 1] ** 2 + left[:, 2] ** 2], axis=1)
-    free = np.maximum(weight.sum(axis=0) * [1, 2] - used, 1.0)
-    own = np.sqrt((weight * square).sum(axis=0) / free) + 1e-12
-    size = np.sqrt(square / [1, 2]) / own
-    robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-9))
-    same = blocks.roll[1:] == blocks.roll[:-1]
-    product = np.array(
-        [(left[1:, 0] * left[:-1, 0])[same].sum(), (left[1:, 1:] * left[:-1, 1:]).sum(axis=1)[same].sum()]
-    )
-    chain = np.clip(product / np.maximum(square.sum(axis=0), 1e-300), 0.0, 0.8)
+    from evifuse.touch._kernels_patch import scatter
+
+    own, chain, robust, joints = scatter(left, used, weight, blocks.weight, blocks.roll, HUBER)
     own = own * np.sqrt((1 + chain) / (1 - chain))  # neighbours that err together say less
     own[1] = max(float(own[1]), blocks.spacing_error_rad)
-    shared = np.sqrt(len(same) / (1 + np.count_nonzero(~same)))
+    shared = np.sqrt((len(left) - 1) / (len(left) - joints))
     floor = np.array([HEIGHT_FLOOR * float(blocks.radius_m.mean()) * shared, ANGLE_FLOOR_RAD])
-    return np.hypot(own, floor), blocks.weight[:, None] * robust
+    return np.hypot(own, floor), robust
 
 
 def _scales(radius_m: Array) -> Array:
