@@ -19,7 +19,7 @@ FEWEST, MOST = 6, 24
 """How many pieces a roll is cut into."""
 LONGEST = 0.04
 """A piece is at most so long, over the finger's radius, and at most half the distance between taxels."""
-ALONE = 0.15
+ALONE = 0.26
 """Error of a contact that one taxel alone tells, per axis, over the distance between taxels."""
 FAINT = 0.15
 """A taxel with less than this share of the peak doesn't count as active."""
@@ -123,9 +123,10 @@ def pieces_of(recording: TouchRecording, normal: Array, site: ContactSite) -> Pi
 def spacing_error_rad(recording: TouchRecording, track: ContactTrack, site: ContactSite) -> float:
     """Error of a piece's contact angle that the spacing of the taxels leaves.
 
-    The middle of a patch on a square lattice is off by 0.26 of the pitch if one taxel alone feels it, and by
-    the power -1.4 of the number of active taxels when there are more (found by drawing patches on a lattice).
-    Neighbouring pieces share the error over the length of a pitch.
+    The middle of a patch on a square lattice is off by 0.26 of the pitch if only one taxel feels it (found by
+    drawing patches on a lattice). With more active taxels it falls by their fourth power until the scatter of
+    the pieces shows what is left, as simulated recordings say. Neighbouring pieces share the error over the
+    length of a pitch.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def spacing_error_rad(recording: TouchRecording, track: ContactTrack, site: Cont
     floor = np.maximum(track.threshold_pa, FAINT * pressure.max(axis=1, keepdims=True))
     above = np.maximum(pressure - floor, 0.0)
     active = float(np.median(above.sum(axis=1) ** 2 / np.maximum(np.square(above).sum(axis=1), 1e-300)))
-    error = ALONE * pitch * min(1.0, (1.3 / max(active, 1.0)) ** 1.6)
+    error = ALONE * pitch * min(1.0, (1.3 / max(active, 1.0)) ** 4)
     return error / tip.radius_m * float(np.sqrt(max(pitch / _length_m(tip), 1.0)))
 
 
