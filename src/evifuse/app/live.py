@@ -27,8 +27,8 @@ __all__ = ["LiveTouch", "feel_live"]
 
 LONGEST_WINDOW = 60_000
 """Samples that are kept for what is said in the end; older ones are forgotten."""
-RECENT = 20_000
-"""Samples that a line after a contact tells about: they take a tenth of a second."""
+RECENT = 10_000
+"""Samples that a line after a contact tells about: they take a tenth of a second, more or less."""
 SETTLED_NS = 20_000_000
 """A contact has ended when there was none for so long: 20 ms."""
 RESTARTED = 50

@@ -73,7 +73,7 @@ def touch_of(raw: RawTouch) -> TouchRecording:
     rolled = np.full(len(at), np.nan)
     if joint is not None:
         rolled = np.interp(at, _seconds(joint.time_ns, origin), joint.values[:, 0])
-    pascal = to_pascal(pressure[keep], raw.unit, raw.area_m2, raw.offset, name)
+    pascal = to_pascal(pressure if keep.all() else pressure[keep], raw.unit, raw.area_m2, raw.offset, name)
     recording = TouchRecording(fingertip, time_ns, position, orientation, rolled, pascal, name)
     recording = checked_touch(recording)
     notes += [f"{name}: {text}" for _, text in suspicions(recording)]

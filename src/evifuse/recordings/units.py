@@ -33,7 +33,7 @@ def to_pascal(
     Returns
     -------
     ndarray of float64, shape (..., N)
-        Pressures, Pa.
+        Pressures, Pa; the same array if it holds them already.
 
     Raises
     ------
@@ -62,6 +62,8 @@ def to_pascal(
         raise RecordingError(
             f"{name}: unknown unit {unit!r} of the taxel values: use one of {accepted}, or say it with --unit"
         )
+    if PRESSURE_UNITS[unit] == 1 and offset == 0:
+        return values
     return _scaled(values - offset, PRESSURE_UNITS[unit])
 
 
