@@ -4,13 +4,14 @@ An edge is never quite sharp: it is rounded by ``radius_m``, and where that is s
 radius no fingertip can tell the rounding from a sharp edge.
 """
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evifuse.simulation.surface import Points, Sites, Surface
+from evifuse.simulation.surface import Points, Sites, Surface, Triple
 
 __all__ = ["Corner", "Edge", "Step"]
 
@@ -18,6 +19,7 @@ _TILT = np.arctan2(np.sqrt(2.0), 1.0)
 _ROUND = np.deg2rad([90.0, 210.0, 330.0])
 _FACES = np.stack([np.sin(_TILT) * np.cos(_ROUND), np.sin(_TILT) * np.sin(_ROUND), np.full(3, np.cos(_TILT))])
 """Columns: outward normals of the three faces that meet in the corner of a block that stands on its tip."""
+_FACE_ROWS: list[list[float]] = _FACES.T.tolist()
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,16 @@ class Edge(Surface):
         normals = np.stack([np.zeros_like(y), np.sin(angle), np.cos(angle)], axis=-1)
         distance = y * normals[:, 1] + z * normals[:, 2] - self.radius_m
         return points - distance[:, None] * normals, normals
+
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        r, slope = self.radius_m, self._slope
+        up = z + r
+        inside = -slope if y < 0.0 else slope
+        angle = inside if up < 0.0 else min(max(math.atan2(y, up), -slope), slope)
+        sine, cosine = math.sin(angle), math.cos(angle)
+        away = y * sine + up * cosine - r
+        return (x, y - away * sine, z - away * cosine), (0.0, sine, cosine)
 
     def _above(self, x: float, y: float) -> Points | None:
         if abs(x) > self.length_m / 2 or abs(y) > self.width_m / 2:
@@ -120,6 +132,20 @@ class Step(Surface):
         distance = np.where(lower, low, distance)
         return points - distance[:, None] * normals, normals
 
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        r = self.radius_m
+        up = z + r
+        if y < 0.0 and up < 0.0:
+            turn = math.pi / 2 if y > up else 0.0
+        else:
+            turn = min(max(math.atan2(y, up), 0.0), math.pi / 2)
+        sine, cosine = math.sin(turn), math.cos(turn)
+        away, low = y * sine + up * cosine - r, z + self.height_m
+        if low < away and y > r:
+            return (x, y, -self.height_m), (0.0, 0.0, 1.0)
+        return (x, y - away * sine, z - away * cosine), (0.0, sine, cosine)
+
     def _above(self, x: float, y: float) -> Points | None:
         if abs(x) > self.length_m / 2 or abs(y) > self.width_m / 2:
             return None
@@ -172,6 +198,23 @@ class Corner(Surface):
         normals = np.where(within[:, None], nearer, outside / np.maximum(away, 1e-300)) @ _FACES.T
         distance = np.where(within, along.max(axis=1), away[:, 0]) - self.radius_m
         return points - distance[:, None] * normals, normals
+
+    def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
+        """Nearest point of one point, in plain floats: see `Surface`."""
+        up = z + self.radius_m
+        along = [x * a + y * b + up * c for a, b, c in _FACE_ROWS]
+        over = [max(value, 0.0) for value in along]
+        away = math.sqrt(sum(value * value for value in over))
+        if away == 0.0:
+            nearer = along.index(max(along))
+            u, v, w = _FACE_ROWS[nearer]
+            away = along[nearer]
+        else:
+            (a, b, c), (d, e, f), (g, h, i) = _FACE_ROWS
+            p, q, r = (value / away for value in over)
+            u, v, w = p * a + q * d + r * g, p * b + q * e + r * h, p * c + q * f + r * i
+        away -= self.radius_m
+        return (x - away * u, y - away * v, z - away * w), (u, v, w)
 
     def _above(self, x: float, y: float) -> Points | None:
         if np.hypot(x, y) > self.width_m:
