@@ -7,6 +7,7 @@ from scipy.optimize import minimize
 from evifuse.errors import UsageError
 from evifuse.simulation.bodies import body
 from evifuse.simulation.surfaces import SURFACES, surface
+from evifuse.simulation.truth import primitive_of
 
 NAMES = list(SURFACES)
 SMOOTH = [name for name in NAMES if surface(name).category not in ("occluded", "edge")]
@@ -126,3 +127,11 @@ def test_bodies_are_closed_and_carry_their_surface(name):
         if surface(name).above(*site) is not None:
             apart = np.linalg.norm(shape.vertices_m - surface(name).above(*site), axis=1)
             assert apart.min() < 0.25
+
+
+@pytest.mark.parametrize(
+    ("k1", "k2", "primitive"),
+    [(0.0, -500.0, "C-"), (-500.0, -500.0, "E-"), (0.0, -850.0, "edge"), (-850.0, -900.0, "edge")],
+)
+def test_a_dome_is_an_edge_below_an_eighth_of_the_fingertip(k1, k2, primitive):
+    assert primitive_of(k1, k2, 0.01) == primitive

@@ -110,8 +110,9 @@ def test_an_edge_is_written_with_its_numbers(felt_edge):
     [
         ("edge", {"radius_m": 1e-4}, None),
         ("edge", {"radius_m": 1e-3, "opening_rad": 2.0}, None),
+        ("cylinder", {"radius_m": 3e-4}, SMALL),
     ],
-    ids=["sharp", "rounded"],
+    ids=["sharp", "rounded", "wire"],
 )
 def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
     _, sites = felt_at(surface, fingertip=fingertip, **dimensions)
@@ -119,7 +120,8 @@ def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
         assert site.edge is not None
         assert site.edge.convex
         assert site.edge.corner == (surface == "sphere")
-        assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
+        if fingertip is None:  # few taxels feel a wire's first touch too late to say how deep they went
+            assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
 
 
 @pytest.mark.parametrize(
@@ -128,12 +130,15 @@ def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
         ("edge", 3e-3, None),
         ("cylinder", 2e-3, None),
         ("sphere", 2e-3, None),
-        ("sphere", 1e-3, SMALL),
+        ("cylinder", 1.2e-3, SMALL),
+        ("sphere", 1.2e-3, SMALL),
     ],
 )
 def test_what_is_rounded_enough_to_be_measured_is_no_edge(surface, radius_m, fingertip):
     _, sites = felt_at(surface, fingertip=fingertip, radius_m=radius_m)
-    assert [site.edge for site in sites] == [None, None]
+    for site in sites:
+        assert site.edge is None
+        assert -1 / site.k2_per_m == pytest.approx(radius_m, abs=2.5e-4 if fingertip else 7e-4)
 
 
 def rounding(radius_m, error_m=2e-4, across_rad=0.0, turn_rad=0.6, convex=True):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evifuse.simulation.surface import Surface
+from evifuse.touch.edges import SHARP
 from evifuse.touch.primitives import curvature_threshold_per_m
 from evifuse.touch.rolling import tangents
 
@@ -26,7 +27,7 @@ class SiteTruth:
         Whether there is something to touch.
     primitive : str
         ``"P"``, ``"C-"``, ``"C+"``, ``"H"``, ``"E-"``, ``"E+"`` (see `primitive_of`), ``"N"`` without
-        contact, or ``"edge"`` where the surface is a dome more curved than the fingertip.
+        contact, or ``"edge"`` where its radius is below an eighth of the fingertip's.
     direction_rad : float or None
         Direction of k1 in the tangent plane, from its first axis (`evifuse.touch.rolling.tangents`: the
         world's x axis projected), in [0, pi); None without contact or when both curvatures are the same.
@@ -74,7 +75,8 @@ def primitive_of(k1_per_m: float, k2_per_m: float, radius_m: float) -> str:
     k1_per_m, k2_per_m : float
         Largest and smallest curvature, 1/m, concave up positive.
     radius_m : float
-        Radius of the fingertip, metres: flat is below ``1 / (20 a)``, a dome beyond ``1 / a`` is an edge.
+        Radius of the fingertip, metres: flat is below ``1 / (20 a)``; a dome beyond ``8 / a`` is an edge, as
+        for `evifuse.touch.edges`.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def primitive_of(k1_per_m: float, k2_per_m: float, radius_m: float) -> str:
     >>> primitive_of(0.0, -50.0, 0.01), primitive_of(20.0, -30.0, 0.01), primitive_of(0.0, -2000.0, 0.01)
     ('C-', 'H', 'edge')
     """
-    if k2_per_m < -1 / radius_m:
+    if k2_per_m < -1 / (SHARP * radius_m):
         return "edge"
     flat = curvature_threshold_per_m(radius_m)
     first, second = (0 if abs(k) < flat else int(np.sign(k)) for k in (k1_per_m, k2_per_m))

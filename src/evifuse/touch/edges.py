@@ -16,10 +16,11 @@ import numpy as np
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
+from evifuse.touch.curvature import ShapeOperator
 from evifuse.touch.rounding import Rounding, roundings, taxel_angle_rad
 from evifuse.touch.sites import ContactSite
 
-__all__ = ["Edge", "beside_edges", "find_edge", "site_edge", "taxel_angle_rad"]
+__all__ = ["SHARP", "Edge", "beside_edges", "contradicted", "find_edge", "site_edge", "taxel_angle_rad"]
 
 SHARP = 0.125
 """A rounding is an edge when its radius is surely below this share of the fingertip's."""
@@ -147,6 +148,34 @@ def beside_edges(sites: Sequence[ContactSite], edges: Sequence[Edge | None], rad
     """
     places = [site.centre_m for site, edge in zip(sites, edges, strict=True) if edge is not None]
     return [any(np.linalg.norm(site.centre_m - p) < BESIDE * radius_m for p in places) for site in sites]
+
+
+def contradicted(edge: Edge, shape: ShapeOperator | None, radius_m: float) -> bool:
+    """Whether the curvature of the whole site is known, and too small for an edge to be there.
+
+    Over a sharp edge the operator of all rolls is sharper than the fingertip: a ridge of 150 degrees is felt
+    with twice the fingertip's curvature. In an inner edge it is about as hollow as the fingertip. A saddle
+    may bend the way of one roll so that it looks like either.
+
+    Parameters
+    ----------
+    edge : Edge
+        What was found.
+    shape : ShapeOperator or None
+        The site's operator.
+    radius_m : float
+        Radius of the fingertip, metres.
+
+    Returns
+    -------
+    bool
+        False without an operator.
+    """
+    if shape is None:
+        return False
+    if edge.convex:
+        return -shape.k2_per_m + TIMES_THE_ERROR * shape.k2_error_per_m < 1 / radius_m
+    return shape.k1_per_m + TIMES_THE_ERROR * shape.k1_error_per_m < 0.7 / radius_m
 
 
 def _interval(own: Rounding) -> tuple[float, float]:

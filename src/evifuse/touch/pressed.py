@@ -56,10 +56,11 @@ def pressed_m(recording: TouchRecording, track: ContactTrack, site: ContactSite)
         if stop is not None:
             samples = np.arange(stop - 1, max(stop - 1 - LONGEST, int(roll[0])), -1)
             found.append(_way_m(recording, track, samples, radius))
-    depth = LATE * float(np.percentile(found, 75)) if found else 0.0
+    low, middle, most = np.percentile(found, [25, 75, 100]).tolist() if found else (0.0, 0.0, 0.0)
+    depth = LATE * middle
     if depth < 0.25 * USUAL * radius:
         return USUAL * radius, UNSURE * radius
-    return depth, float(np.hypot(LEAST * radius, RELATIVE * depth))
+    return depth, max(float(np.hypot(LEAST * radius, RELATIVE * depth)), 0.5 * (most - low))
 
 
 def _way_m(
