@@ -21,7 +21,7 @@ from evifuse.touch.curvature import (
     measure_roll,
     spread_rad,
 )
-from evifuse.touch.edges import Edge, beside_edges, find_edge
+from evifuse.touch.edges import Edge, beside_edges, contradicted, find_edge
 from evifuse.touch.evidence import evidence_from_sites, site_evidence
 from evifuse.touch.felt import FeltSite, FeltSurface, LocalCurvature, OneDirection
 from evifuse.touch.fingersurface import SphereSurface, surface_of
@@ -90,6 +90,10 @@ def sense_curvature(
         rolls = [[along(roll, s) for roll in found] for found, s in zip(rolls, shapes, strict=True)]
     missed = missed_sites(recording, track.touching, touched, shapes)
     edges = [find_edge(recording, track, site) for site in touched]
+    edges = [
+        None if edge is None or contradicted(edge, shape, radius) else edge
+        for edge, shape in zip(edges, shapes, strict=True)
+    ]
     if model == "chapter":
         local = _local_by_the_chapter(recording, track, rolls)
         masses = _masses_by_the_chapter(local, len(touched), gamma)
