@@ -166,8 +166,9 @@ def print_summary(rows: list[dict[str, Any]]) -> None:
             for key in ("belief_in_planes", "chapter_belief_in_planes")
         )
         print(
-            f"{row['group']:<26} {row['sites']:5d} {accuracy:6.1f} ({low:5.1f} to {high:5.1f}) {row['ece']:.3f}"
-            f"       {own} | {100 * row['chapter_accuracy']:16.1f} {row['chapter_ece']:.3f}  {other}"
+            f"{row['group']:<26} {row['sites']:5d} {accuracy:6.1f} ({low:5.1f} to {high:5.1f})"
+            f" {row['ece']:.3f}       {own} |"
+            f" {100 * row['chapter_accuracy']:16.1f} {row['chapter_ece']:.3f}  {other}"
         )
     for row in rows[:2]:
         print(f"{row['group']}: true \\ felt".ljust(28) + "".join(f"{name:>5}" for name in NAMES))
