@@ -20,6 +20,7 @@ from evifuse.app.main import main
 from evifuse.recordings import messages, read_touch, write_touch
 from evifuse.recordings.recording import TouchRecording
 from evifuse.simulation import simulate
+from evifuse.touch import spherical_fingertip
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -46,7 +47,8 @@ def call(capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture(scope="module")
 def rolled() -> TouchRecording:
     """A finger of few taxels that rolls over a saddle, 200 samples each second."""
-    touch = simulate("saddle", rate_hz=200, picture=False).scene.touch
+    few = spherical_fingertip(pitch_m=0.001)
+    touch = simulate("saddle", rate_hz=200, picture=False, fingertip=few).scene.touch
     assert touch is not None
     return touch
 
@@ -367,7 +369,7 @@ def test_a_bag_of_another_robot(
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert says in err
     (file,) = (p for p in folder.iterdir() if p.suffix in (".mcap", ".db3"))
-    file.write_bytes(file.read_bytes()[: file.stat().st_size * 3 // 4])
+    file.write_bytes(file.read_bytes()[:-200])
     code, out, err = call("touch", folder, *needed, "--json")
     assert code == 0
     assert "cut off or damaged" in err
