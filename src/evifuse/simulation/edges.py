@@ -64,7 +64,20 @@ class Edge(Surface):
         return points - distance[:, None] * normals, normals
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         r, slope = self.radius_m, self._slope
         up = z + r
         inside = -slope if y < 0.0 else slope
@@ -133,7 +146,20 @@ class Step(Surface):
         return points - distance[:, None] * normals, normals
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         r = self.radius_m
         up = z + r
         if y < 0.0 and up < 0.0:
@@ -200,7 +226,20 @@ class Corner(Surface):
         return points - distance[:, None] * normals, normals
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         up = z + self.radius_m
         along = [x * a + y * b + up * c for a, b, c in _FACE_ROWS]
         over = [max(value, 0.0) for value in along]

@@ -37,7 +37,20 @@ class Plane(Surface):
         return points * [1.0, 1.0, 0.0], np.broadcast_to([0.0, 0.0, 1.0], points.shape)
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         return (x, y, 0.0), (0.0, 0.0, 1.0)
 
     def _above(self, x: float, y: float) -> Points | None:
@@ -102,7 +115,20 @@ class Hole(Surface):
         return nearest, normals
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         middle = min(max(x, -self._half_m), self._half_m)
         across = math.hypot(x - middle, y)
         if across >= self.radius_m:

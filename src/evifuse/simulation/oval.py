@@ -136,7 +136,20 @@ class Torus(Surface):
         return points + (self.tube_m - length) * normals, normals
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
-        """Nearest point of one point, in plain floats: see `Surface`."""
+        """Nearest point of one point, in plain floats.
+
+        Parameters
+        ----------
+        x, y, z : float
+            A point near the surface, world frame, metres.
+
+        Returns
+        -------
+        nearest : tuple of float
+            The nearest point, metres.
+        normal : tuple of float
+            The unit normal there.
+        """
         across = max(math.hypot(x, y), 1e-12)
         share = 1.0 - self.radius_m / across
         u, v, w = x * share, y * share, z + self.tube_m

@@ -80,7 +80,9 @@ class Finger:
 
     @property
     def size_m(self) -> float:
-        """Its radius, or how far its taxels go from the pole where that is less, metres."""
+        """Its radius, or how far the taxels of a pad go from its pole where that is less, metres."""
+        if not isinstance(self.surface, HullSurface):
+            return self.tip.radius_m
         beside = np.linalg.norm(self.tip.positions_m - self.pole_m, axis=1)
         return min(self.tip.radius_m, max(float(beside.max()), 1e-3))
 
