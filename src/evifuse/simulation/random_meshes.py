@@ -17,7 +17,7 @@ from evifuse.simulation.mesh import MeshSurface, load_mesh
 from evifuse.simulation.reliefs import Relief, random_relief
 from evifuse.simulation.surface import Points, Sites
 
-__all__ = ["PiercedMesh", "RandomBody", "random_body"]
+__all__ = ["RandomBody", "random_body"]
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
@@ -47,7 +47,7 @@ class RandomBody:
     radius_m : float
         Radius of the fingertip that it is made for, metres.
     opening_m : ndarray of float64, shape (4,), or None
-        x and y of the middle of a plate's opening, and its half axes along x and y, metres; None for a ball.
+        Middle (x, y) of a plate's opening, and its half axes along x and y, metres; None for a ball.
     """
 
     surface: MeshSurface
@@ -118,9 +118,15 @@ class RandomBody:
         inner = np.abs(points[:, :2]).max(axis=1) < (PLATE / 2 - BESIDE) * self.radius_m
         return inner & (_level(self.opening_m, points) > 1 + BESIDE / 3)
 
-    def pierced(self) -> "PiercedMesh":
-        """The plate as something that may be missed: a site in its opening is one without contact."""
-        return PiercedMesh(**{item.name: getattr(self.surface, item.name) for item in fields(MeshSurface)})
+    def pierced(self) -> MeshSurface:
+        """The plate as something that may be missed: a site in its opening is one without contact.
+
+        Returns
+        -------
+        MeshSurface
+            The same surface, of the category ``"occluded"``.
+        """
+        return _PiercedMesh(**{item.name: getattr(self.surface, item.name) for item in fields(MeshSurface)})
 
     @property
     def opening(self) -> Sites:
@@ -129,7 +135,7 @@ class RandomBody:
 
 
 @dataclass(frozen=True)
-class PiercedMesh(MeshSurface):
+class _PiercedMesh(MeshSurface):
     """A mesh with an opening, where a finger meets nothing."""
 
     category: ClassVar[str] = "occluded"
