@@ -47,6 +47,7 @@ class SiteRow:
     edge: str = ""
     chapter_masses: dict[str, float] = field(default_factory=dict[str, float])
     radius_m: float = 0.01
+    edge_bound_m: float = np.nan
 
     @property
     def relative(self) -> float:
@@ -150,6 +151,7 @@ def rows_of(
                 edge=_edge(site),
                 chapter_masses=by_chapter.evidence.as_dict(),
                 radius_m=radius,
+                edge_bound_m=np.nan if site is None or site.edge is None else site.edge.largest_radius_m,
             )
         )
     return rows
