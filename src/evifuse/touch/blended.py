@@ -1,11 +1,11 @@
 """A smooth surface through taxels that lie on no sphere.
 
 The local quadrics q_i of the taxels are blended into f(x) = sum_i w_i(x) q_i(x), with Gaussian weights that
-sum to 1, and the surface is f = 0 (a partition of unity, Ohtake et al. 2003; the choices are our own). Value,
-gradient and weights are matrix products: all points at once.
+sum to 1, and the surface is f = 0 (a partition of unity, Ohtake et al. 2003; the choices are our own).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,6 @@ BLEND = 0.9
 """Standard deviation of the blending weights, in distances to the fourth neighbour."""
 SAME = 0.98
 """Cosine between two estimates of a normal below which the better one is not trusted."""
-CHUNK = 4096
-"""Points that are looked at together."""
 STEPS = 8
 """Most steps towards the nearest point; two or three are usual."""
 CLOSE = 1e-7
@@ -86,10 +84,9 @@ class BlendedSurface:
         nearest_m, normals : ndarray of float64, shape (M, 3)
             Points of the surface, metres, and outward unit normals.
         """
-        found = [self._projected(points_m[i : i + CHUNK]) for i in range(0, len(points_m), CHUNK)]
-        if not found:
-            return np.zeros((0, 3)), np.zeros((0, 3))
-        return np.concatenate([point for point, _ in found]), np.concatenate([normal for _, normal in found])
+        from evifuse.touch._kernels_blend import nearest
+
+        return nearest(_rows(points_m), self._table, self.width_m, STEPS, CLOSE)
 
     def distance(self, points_m: Array) -> Array:
         """Signed distance to the surface, positive outside.
@@ -122,47 +119,27 @@ class BlendedSurface:
         axes : ndarray of float64, shape (M, 3, 2)
             Unit tangents.
         """
-        found = [self._curved(points_m[i : i + CHUNK]) for i in range(0, len(points_m), CHUNK)]
-        if not found:
-            return np.zeros((0, 2, 2)), np.zeros((0, 3, 2))
-        return np.concatenate([s for s, _ in found]), np.concatenate([axes for _, axes in found])
-
-    def _projected(self, points: Array) -> tuple[Array, Array]:
-        nearest = points
-        value, gradient = self._value_and_gradient(nearest)
-        for _ in range(STEPS):
-            size = np.sum(gradient**2, axis=1, keepdims=True)
-            aside = points - nearest
-            aside = aside - np.sum(aside * gradient, axis=1, keepdims=True) / size * gradient
-            step = aside - value[:, None] / size * gradient
-            nearest = nearest + step
-            value, gradient = self._value_and_gradient(nearest)
-            if np.square(step).sum(axis=1).max() < (CLOSE * self.width_m) ** 2:
-                break
-        return nearest, unit_rows(gradient)
-
-    def _value_and_gradient(self, points: Array) -> tuple[Array, Array]:
-        weight = _weights(points, self.positions_m, self.width_m)
-        value = _values(points, self.positions_m, self.normals, self.tensors_per_m) + self.heights_m
-        blended = np.sum(weight * value, axis=1)
-        bent = np.einsum("nij,nj->ni", self.tensors_per_m, self.positions_m)
-        tensor = (weight @ self.tensors_per_m.reshape(-1, 9)).reshape(-1, 3, 3)
-        gradient = weight @ (self.normals - bent) + np.einsum("mij,mj->mi", tensor, points)
-        spread = (weight * value) @ self.positions_m - blended[:, None] * (weight @ self.positions_m)
-        return blended, gradient + spread / self.width_m**2
-
-    def _curved(self, points: Array) -> tuple[Array, Array]:
-        """Normals a small step along each tangent, by central differences."""
-        axes = tangent_axes(unit_rows(self._value_and_gradient(points)[1]))
-        step = 1e-3 * self.width_m
-        turned: list[Array] = []
+        axes = tangent_axes(unit_rows(self._gradients(points_m)))
+        step, turned = 1e-3 * self.width_m, list[Array]()
         for k in range(2):
-            ends = [
-                unit_rows(self._value_and_gradient(points + s * step * axes[:, :, k])[1]) for s in (1, -1)
-            ]
+            ends = [unit_rows(self._gradients(points_m + s * step * axes[:, :, k])) for s in (1, -1)]
             turned.append(np.einsum("mi,mia->ma", (ends[0] - ends[1]) / (2 * step), axes))
         operator = np.stack(turned, axis=2)
         return 0.5 * (operator + operator.transpose(0, 2, 1)), axes
+
+    def _gradients(self, points: Array) -> Array:
+        from evifuse.touch._kernels_blend import gradients
+
+        return gradients(_rows(points), self._table, self.width_m)
+
+    @cached_property
+    def _table(self) -> Array:
+        """Places and terms of the quadrics (13, N), as the compiled loops take them."""
+        bent = np.einsum("nij,nj->ni", self.tensors_per_m, self.positions_m)
+        constant = np.einsum("ni,ni->n", 0.5 * bent - self.normals, self.positions_m) + self.heights_m
+        first, second = np.triu_indices(3)
+        rows = [self.positions_m.T, constant[None], (self.normals - bent).T]
+        return np.ascontiguousarray(np.concatenate([*rows, self.tensors_per_m[:, first, second].T]))
 
 
 def blended_surface(positions_m: Array, normals: Array) -> BlendedSurface:
@@ -209,6 +186,10 @@ def layout_normals(positions_m: Array) -> Array:
     better = blended_surface(positions_m, first).project(positions_m)[1]
     alike = np.sum(first * better, axis=1, keepdims=True) > SAME
     return np.where(alike, better, first)
+
+
+def _rows(points: Array) -> Array:
+    return np.ascontiguousarray(points, dtype=np.float64)
 
 
 def _weights(points: Array, positions: Array, width: float) -> Array:
