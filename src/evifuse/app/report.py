@@ -8,7 +8,7 @@ from rich.table import Table
 from evifuse.app.reproduce import Figure
 from evifuse.conductivity import Classification
 from evifuse.fusion import Fusion
-from evifuse.touch import FeltSurface
+from evifuse.touch import FeltSite, FeltSurface
 from evifuse.vision import SeenObject
 
 __all__ = ["report_fusion", "report_reproduction", "report_shapes", "report_touch"]
@@ -105,11 +105,9 @@ def report_touch(felt: FeltSurface, console: Console, *, why: bool = False) -> N
         )
     if felt.local_curvatures:
         console.print(rolls)
-    sites = _table("Felt at each site", "site", "contact", "k1 (1/m)", "k2 (1/m)")
+    sites = _table("Felt at each site", "site", "contact", "k1 (1/m)", "k2 (1/m)", "k1 along (rad)")
     for i, site in enumerate(felt.sites):
-        sites.add_row(
-            str(i), "yes" if site.contact else "no", _curvature(site.k1_per_m), _curvature(site.k2_per_m)
-        )
+        sites.add_row(str(i), "yes" if site.contact else "no", *_bends(site))
     console.print(sites)
     console.print(_shares("Belief over curvature primitives", felt.evidence.as_dict()))
     if why:
@@ -119,8 +117,17 @@ def report_touch(felt: FeltSurface, console: Console, *, why: bool = False) -> N
         console.print(f"Note: {warning}", style="yellow")
 
 
-def _curvature(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.2f}"
+def _bends(site: FeltSite) -> tuple[str, str, str]:
+    """Principal curvatures of a site with their standard errors, and the direction of the first."""
+    shape = site.shape
+    if shape is None:
+        known = "unknown" if site.edge is None else "edge"
+        return known, known, ""
+    return (
+        f"{shape.k1_per_m:.2f} ± {shape.k1_error_per_m:.2f}",
+        f"{shape.k2_per_m:.2f} ± {shape.k2_error_per_m:.2f}",
+        f"{shape.k1_direction_rad:.2f}",
+    )
 
 
 def report_fusion(fusion: Fusion, console: Console) -> None:

@@ -166,7 +166,9 @@ def measure_roll(
     tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
     g = -(turn @ np.array([along, across]))
     contact = tangent + radius * g
-    length = max(float(np.linalg.norm(contact)), SHARPEST)
+    if float(contact @ tangent) < SHARPEST:  # the contact stands still while the finger goes on
+        contact = SHARPEST * tangent
+    length = float(np.linalg.norm(contact))
     contact = contact / length
     return RollCurvature(
         samples=roll,
