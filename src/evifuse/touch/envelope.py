@@ -20,6 +20,8 @@ LONGEST_STEP = 0.15
 """A contact moves by no more than this share of the finger's radius in one step."""
 FLATTEST = 0.1
 """Smallest curvature of the finger against the surface, over the finger's own, that a step is divided by."""
+STILL = 1e-6
+"""Where no contact moves by more than this share of the finger's radius, the next step moves none."""
 
 
 def closest_contacts(
@@ -77,4 +79,6 @@ def closest_contacts(
         length = np.linalg.norm(move, axis=1, keepdims=True)
         move = move * np.minimum(1.0, LONGEST_STEP * radius_m / np.maximum(length, 1e-12))
         nearest, facing = surface.project(nearest + np.einsum("bia,ba->bi", axes, move))
+        if float(length.max(initial=0.0)) < STILL * radius_m:
+            break
     return nearest
