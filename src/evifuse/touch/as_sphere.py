@@ -18,7 +18,7 @@ from evifuse.touch.blocks import Pieces, directions_of, pieces_of, site_frame, s
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
 from evifuse.touch.envelope import closest_contacts
-from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
+from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.fingertip import surrounded
 from evifuse.touch.patch import Blocks, fit_patch
 from evifuse.touch.pole import pole_of
@@ -31,6 +31,8 @@ ROUNDS = 15
 """Contacts and patch are found in turns, at most so many times."""
 SETTLED = 3e-4
 """Contacts that move by less than this share of the finger's radius have settled."""
+VAGUE_RAD = 0.02
+"""Taxels that leave a larger error of a contact's angle say too little of where to start from."""
 
 Array = NDArray[np.float64]
 
@@ -163,12 +165,32 @@ def _settled(
 def _closest(
     tip: Fingertip, pieces: Pieces, pose: Array, site: ContactSite, errors: tuple[float, float]
 ) -> Array:
-    """Contacts (B, 3) on the finger of the pieces, NaN where nothing fits."""
-    surface: FingerSurface = surface_of(tip)
-    radius = tip.radius_m
+    """Contacts (B, 3) on the finger of the pieces, NaN where nothing fits.
+
+    Where taxels are far apart, what they say of the contacts may lead astray. Then a plane is another place
+    to start from, and whichever leaves less of the heights is kept.
+    """
+    finger = pose[:, 7:]
+    best, least = _found_from(finger, tip, pieces, pose, site, errors)
+    if errors[1] > VAGUE_RAD:
+        origin, frame = site_frame(site, tip.radius_m)
+        at = (pose[:, :3], unit_rows(pose[:, 3:7]))
+        on_plane = closest_contacts(
+            surface_of(tip), tip.radius_m, np.zeros(16), at, finger, (origin, frame), 12
+        )
+        other, left = _found_from(on_plane, tip, pieces, pose, site, errors)
+        best = other if left < least else best
+    return best
+
+
+def _found_from(
+    finger: Array, tip: Fingertip, pieces: Pieces, pose: Array, site: ContactSite, errors: tuple[float, float]
+) -> tuple[Array, float]:
+    """Contacts (B, 3) on the finger that are found from others in turns, and what is left of the heights."""
+    surface, radius = surface_of(tip), tip.radius_m
     origin, frame = site_frame(site, radius)
-    position, turn, finger = np.split(pose, [3, 7], axis=1)
-    turn, felt = unit_rows(turn), unit_rows(pieces.means[:, 3:6]) @ frame
+    position, turn = pose[:, :3], unit_rows(pose[:, 3:7])
+    felt = unit_rows(pieces.means[:, 3:6]) @ frame
     tilt = felt + pieces.means[:, 6:9] @ frame
     radii, patch = np.full(len(felt), radius), None
     for _ in range(ROUNDS):
@@ -177,14 +199,14 @@ def _closest(
         blocks = Blocks((centre - origin) @ frame, felt, radii, tilt, pieces.share, pieces.roll, *errors)
         patch = fit_patch(blocks, 2, patch)
         if not np.isfinite(patch.parameters).all() or not np.isfinite(patch.covariance).all():
-            return np.full_like(finger, np.nan)
+            return np.full_like(finger, np.nan), np.inf
         before = finger
         finger = closest_contacts(
             surface, radius, patch.parameters, (position, turn), finger, (origin, frame)
         )
         if np.linalg.norm(finger - before, axis=1).max() < SETTLED * radius:
             break
-    return finger
+    return finger, np.inf if patch is None else patch.height_error_m
 
 
 def _placed(site: ContactSite, guide: TouchRecording, centre: Array, normal: Array) -> ContactSite:

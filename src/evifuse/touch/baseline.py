@@ -19,6 +19,8 @@ PAUSES = 0.35
 """provided that the quietest samples show less than this share of the loudest."""
 FEWEST = 4
 """Free samples that a piece must have."""
+OFTEN_LOADED = 0.2
+"""A taxel whose middle reading is over its low ones by more than this share of the peak is often loaded."""
 
 Array = NDArray[np.float64]
 
@@ -113,11 +115,17 @@ def _levels(baseline: Baseline, seconds: Array) -> Array:
 
 
 def _free(sample: Array) -> NDArray[np.bool_]:
-    """Samples (S,) without contact: no taxel stands out, its own middle reading removed."""
-    from evifuse.touch._kernels_health import contrasts, taxel_statistics
+    """Samples (S,) without contact: no taxel stands out, its own resting reading removed."""
+    from evifuse.touch._kernels_health import contrasts
 
-    contrast = contrasts(sample, taxel_statistics(np.ascontiguousarray(sample.T), 1)[0])
+    contrast = contrasts(sample, _resting(sample))
     quietest, loudest = np.percentile(contrast, [5, 95])
     if quietest > PAUSES * loudest:
         return np.zeros(len(contrast), dtype=np.bool_)  # always in contact, or never
     return contrast < max(FREE * loudest, QUIET * quietest)
+
+
+def _resting(sample: Array) -> Array:
+    """Reading (N,) of each taxel at rest: its middle one, or a low one if it is loaded half of the time."""
+    low, middle, high = np.percentile(sample, [5, 50, 95], axis=0)
+    return np.where(middle - low > OFTEN_LOADED * (high - low).max(), low, middle)
