@@ -26,7 +26,7 @@ SOME = 1000
 """Samples that the highest pressure and the width of the patch are taken from, about."""
 WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
-NARROW_ERROR, WIDE_ERROR = 3e-4, 2.7e-3
+NARROW_ERROR, WIDE_ERROR = 1.5e-4, 2.7e-3
 """Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
 
 
