@@ -83,10 +83,21 @@ def _basis(theta, x, y, value, dx, dy):
 
 
 @njit
-def _foot(theta, cx, cy, cz, x, y, value, dx, dy, steps):
+def _height(theta, x, y):
+    """Height of the surface."""
+    h, _, _ = _round(theta[3], theta[4], theta[5], x, y)
+    x2, y2, xy = x * x, y * y, x * y
+    cubic = theta[6] * x2 * x / 6 + theta[7] * x2 * y / 2 + theta[8] * x * y2 / 2 + theta[9] * y2 * y / 6
+    cubic += theta[10] * x2 * x2 / 24 + theta[11] * x2 * xy / 6 + theta[12] * x2 * y2 / 4
+    cubic += theta[13] * xy * y2 / 6 + theta[14] * y2 * y2 / 24
+    return h + theta[0] + theta[1] * x + theta[2] * y + cubic
+
+
+@njit
+def _foot(theta, cx, cy, cz, x, y, steps):
     """Foot (x, y) of the perpendicular from a point, by Newton's method."""
     for _ in range(steps):
-        h = _basis(theta, x, y, value, dx, dy)
+        h = _height(theta, x, y)
         gx, gy = _gradient(theta, x, y)
         hxx, hxy, hyy = _hessian(theta, x, y, gx, gy)
         d = cz - h
@@ -115,7 +126,7 @@ def linearise(theta, centre, normal, radius, tilt, foot, design, residual, steps
     value, dx, dy = np.zeros(15), np.zeros(15), np.zeros(15)
     for i in range(centre.shape[0]):
         cx, cy, cz, rho = centre[i, 0], centre[i, 1], centre[i, 2], radius[i]
-        x, y = _foot(theta, cx, cy, cz, foot[i, 0], foot[i, 1], value, dx, dy, steps)
+        x, y = _foot(theta, cx, cy, cz, foot[i, 0], foot[i, 1], steps)
         foot[i, 0], foot[i, 1] = x, y
         h = _basis(theta, x, y, value, dx, dy)
         gx, gy = _gradient(theta, x, y)
@@ -213,7 +224,7 @@ def feet(theta, points, foot, height, normal, tensor, steps):
     e = np.empty((2, 3))
     for i in range(points.shape[0]):
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        x, y = _foot(theta, px, py, pz, foot[i, 0], foot[i, 1], value, dx, dy, steps)
+        x, y = _foot(theta, px, py, pz, foot[i, 0], foot[i, 1], steps)
         foot[i, 0], foot[i, 1] = x, y
         h = _basis(theta, x, y, value, dx, dy)
         gx, gy = _gradient(theta, x, y)

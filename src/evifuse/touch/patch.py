@@ -113,7 +113,7 @@ def fit_patch(blocks: Blocks, iterations: int = 10, start: Patch | None = None) 
         theta, error = start.parameters, np.array([start.height_error_m, start.angle_error_rad])
     theta, covariance, error = fit(
         blocks.centre_m, blocks.normal, blocks.radius_m, blocks.tilt, blocks.weight, blocks.roll,
-        float(blocks.scale_error), float(blocks.spacing_error_rad), iterations, start is not None, theta, error,
-        (HEIGHT_FLOOR, ANGLE_FLOOR_RAD, LONGEST_STEP, SHARPEST_PER_M, HUBER),
+        float(blocks.scale_error), float(blocks.spacing_error_rad), iterations, start is not None, theta,
+        error, (HEIGHT_FLOOR, ANGLE_FLOOR_RAD, LONGEST_STEP, SHARPEST_PER_M, HUBER),
     )  # fmt: skip
     return Patch(theta, covariance, *error.tolist())
