@@ -54,7 +54,7 @@ def gaps(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     array([2])
     """
     steps = np.diff(time_ns)
-    if not len(steps):
+    if not len(steps) or steps.max() <= LONGEST_GAP_S * 1e9:
         return np.zeros(0, dtype=np.int64)
     return np.flatnonzero(steps > max(LONGEST_GAP_S * 1e9, 5 * float(np.median(steps))))
 

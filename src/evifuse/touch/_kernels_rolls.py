@@ -363,3 +363,54 @@ def roll_pieces(position, normal, quaternions, pole, roll, step, fewest, most):
                 sums[kept, k] = sums[piece, k] / size[piece]
             kept += 1
     return sums[:kept], size[:kept]
+
+
+@njit
+def mean_touched(normal, touching, start, stop):
+    """Mean (3,) of the normals of the samples with contact from start to stop."""
+    total, count = np.zeros(3), 0
+    for t in range(start, stop):
+        if touching[t]:
+            count += 1
+            for k in range(3):
+                total[k] += normal[t, k]
+    return total / count
+
+
+@njit
+def off_the_arc(position, normal, touching, before, start, around, share):
+    """A quantile of how far a way without contact is from the arc that the normals around it ask for.
+
+    The way goes from sample ``before`` to sample ``start``.
+    """
+    count = start - before + 1
+    a, chord = position[before], position[start] - position[before]
+    length = np.sqrt(chord[0] ** 2 + chord[1] ** 2 + chord[2] ** 2)
+    aside = np.empty(count)
+    if length == 0:
+        for m in range(count):
+            x, y, z = position[before + m] - a
+            aside[m] = np.sqrt(x * x + y * y + z * z)
+        return select(aside, count, int(share * (count - 1)))
+    first = mean_touched(normal, touching, max(before - around, 0), before + 1)
+    second = mean_touched(normal, touching, start, min(start + around + 1, len(touching)))
+    ahead, outward = chord / length, first + second
+    turn = along = 0.0
+    for k in range(3):
+        along += outward[k] * ahead[k]
+        turn += (second[k] - first[k]) * ahead[k]
+    outward -= along * ahead
+    outward /= max(np.sqrt(outward[0] ** 2 + outward[1] ** 2 + outward[2] ** 2), 1e-12)
+    sine = min(max(0.5 * turn, -0.99), 0.99)  # of half the angle of the arc
+    radius = 0.5 * length / max(abs(sine), 1e-6)
+    flat, sign = radius * np.sqrt(1 - sine * sine), np.sign(sine)
+    for m in range(count):
+        way = position[before + m] - a
+        part = (way[0] * ahead[0] + way[1] * ahead[1] + way[2] * ahead[2]) / length
+        part = min(max(part, 0.0), 1.0)
+        deep = sign * (np.sqrt(radius * radius - ((part - 0.5) * length) ** 2) - flat)
+        squared = 0.0
+        for k in range(3):
+            squared += (way[k] - part * chord[k] - deep * outward[k]) ** 2
+        aside[m] = np.sqrt(squared)
+    return select(aside, count, int(share * (count - 1)))

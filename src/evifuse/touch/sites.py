@@ -17,6 +17,8 @@ BRIDGE = 0.04
 """A finger that leaves its way by less than this share of its radius was not lifted."""
 AROUND = 8
 """Over so many samples the normal at the end of a contact is averaged."""
+MOST_OF_IT = 0.9
+"""So much of its way counts: a few samples may be noise."""
 LONGEST_BRIDGE_NS = 500_000_000
 """Half a second without pressure is the end of a contact."""
 LONGEST_JUMP_NS = 300_000_000
@@ -92,6 +94,7 @@ def _bridged(
     recording: TouchRecording, track: ContactTrack, intervals: list[tuple[int, int]]
 ) -> list[tuple[int, int]]:
     """Contacts between which the finger rolled on: there was no lift, taxels are far apart."""
+    from evifuse.touch._kernels_rolls import off_the_arc
 
     joined: list[tuple[int, int]] = []
     after_gaps = gaps(recording.time_ns)
@@ -103,9 +106,10 @@ def _bridged(
                 if _goes_on(recording, joined[-1][0], before, start, stop - 1):
                     joined[-1] = (joined[-1][0], stop)
                     continue
-                aside = _off_the_arc(recording, track, before, start)
-                middle = np.sort(aside)[int(0.9 * (len(aside) - 1))]  # a few samples may be noise
-                if middle < BRIDGE * recording.fingertip.radius_m:
+                aside = off_the_arc(
+                    recording.position_m, track.normal, track.touching, before, start, AROUND, MOST_OF_IT
+                )
+                if aside < BRIDGE * recording.fingertip.radius_m:
                     joined[-1] = (joined[-1][0], stop)
                     continue
         joined.append((start, stop))
@@ -129,31 +133,6 @@ def _goes_on(recording: TouchRecording, first: int, before: int, start: int, las
         return False
     ways = speed / size[:, None]
     return float((ways @ ways.T).min()) > KEPT_WAY
-
-
-def _off_the_arc(
-    recording: TouchRecording, track: ContactTrack, before: int, start: int
-) -> NDArray[np.float64]:
-    """Distances (M,) of a way without contact from the arc that the normals before and after ask for."""
-    way = recording.position_m[before : start + 1]
-    chord = way[-1] - way[0]
-    length = float(np.linalg.norm(chord))
-    if length == 0:
-        return np.linalg.norm(way - way[0], axis=1)
-    ends = [
-        track.normal[rows][track.touching[rows]].mean(axis=0)
-        for rows in (slice(max(before - AROUND, 0), before + 1), slice(start, start + AROUND + 1))
-    ]
-    ahead = chord / length
-    outward = ends[0] + ends[1]
-    outward = outward - (outward @ ahead) * ahead
-    outward = outward / max(float(np.linalg.norm(outward)), 1e-12)
-    share = np.clip((way - way[0]) @ ahead / length, 0.0, 1.0)
-    sine = float(np.clip((ends[1] - ends[0]) @ ahead / 2, -0.99, 0.99))  # of half the angle of the arc
-    radius = 0.5 * length / max(abs(sine), 1e-6)
-    deep = np.sqrt(radius**2 - np.square((share - 0.5) * length)) - radius * np.sqrt(1 - sine**2)
-    arc = way[0] + share[:, None] * chord + (np.sign(sine) * deep)[:, None] * outward
-    return np.linalg.norm(way - arc, axis=1)
 
 
 def _groups(
