@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evifuse.simulation import Noise, simulate
+from evifuse.simulation import Noise, Procedure, simulate
 from evifuse.touch import Edge, contact_track, find_edge, find_sites, sense_curvature
 from evifuse.touch.edges import beside_edges, site_edge
 from evifuse.touch.fingertip import spherical_fingertip
+from evifuse.touch.layouts import load_fingertip
 from evifuse.touch.rounding import Rounding, roundings, taxel_angle_rad
 from tests.touch.rolled import ball, cylinder, plane, quadric, rolled
 
@@ -16,6 +17,8 @@ NOISY = {"position_noise_m": 1e-4, "angle_noise_rad": 5e-3, "pressure_noise_pa":
 MODEST = Noise(pressure_pa=200.0, position_m=2e-5, angle_rad=2e-3)
 SMALL = spherical_fingertip(0.005, 0.91e-3)
 """A finger of 5 mm with few taxels."""
+GENTLE = Procedure(press_n=0.4, arc_rad=0.15)
+"""Something thin is pressed in by less than its radius, and not rolled around."""
 
 
 def edges_of(recording):
@@ -110,9 +113,10 @@ def test_an_edge_is_written_with_its_numbers(felt_edge):
     [
         ("edge", {"radius_m": 1e-4}, None),
         ("edge", {"radius_m": 1e-3, "opening_rad": 2.0}, None),
-        ("cylinder", {"radius_m": 3e-4}, SMALL),
+        ("cylinder", {"radius_m": 2e-4, "procedure": GENTLE}, SMALL),
+        ("cylinder", {"radius_m": 4e-4, "procedure": GENTLE}, SMALL),
     ],
-    ids=["sharp", "rounded", "wire"],
+    ids=["sharp", "rounded", "wire", "thicker wire"],
 )
 def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
     _, sites = felt_at(surface, fingertip=fingertip, **dimensions)
@@ -120,8 +124,7 @@ def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
         assert site.edge is not None
         assert site.edge.convex
         assert site.edge.corner == (surface == "sphere")
-        if fingertip is None:  # few taxels feel a wire's first touch too late to say how deep they went
-            assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
+        assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
 
 
 @pytest.mark.parametrize(
@@ -141,6 +144,25 @@ def test_what_is_rounded_enough_to_be_measured_is_no_edge(surface, radius_m, fin
         assert -1 / site.k2_per_m == pytest.approx(radius_m, abs=2.5e-4 if fingertip else 7e-4)
 
 
+@pytest.mark.parametrize(
+    ("surface", "dimensions", "sharp"),
+    [
+        ("edge", {"radius_m": 5e-4}, True),
+        ("edge", {"radius_m": 1.7e-3, "opening_rad": 2.0}, True),
+        ("cylinder", {"radius_m": 0.008}, False),
+        ("saddle", {"radius_m": 0.035}, False),
+    ],
+)
+def test_a_real_fingertip_tells_edges_from_what_is_round(surface, dimensions, sharp):
+    pytest.importorskip("paxini_sdk")
+    _, sites = felt_at(surface, fingertip=load_fingertip("paxini:DP-M2826-Omega"), **dimensions)
+    for site in sites:
+        assert (site.edge is not None) == sharp
+        if sharp:
+            assert site.evidence.as_dict() == {"frame": 1.0}
+            assert site.edge.largest_radius_m >= dimensions["radius_m"]
+
+
 def rounding(radius_m, error_m=2e-4, across_rad=0.0, turn_rad=0.6, convex=True):
     return Rounding(radius_m, error_m, turn_rad, across_rad, convex)
 
@@ -152,6 +174,9 @@ def test_a_corner_is_where_rolls_turn_in_different_directions():
     corner = site_edge([rounding(1e-4), rounding(2e-4, 3e-4, 1.2, 0.8)], 0.01)  # they disagree by 0.1 mm
     assert str(corner) == "a corner (turn 0.8 rad, radius below 0.9 mm)"
     assert corner.direction_rad is None
+    either = [rounding(4e-3, 1e-4), rounding(1e-3, 3e-4)]
+    assert site_edge(either, 0.01) is None
+    assert site_edge(either, 0.01, sphere=False).largest_radius_m == pytest.approx(4.2e-3)
     across_the_seam = site_edge([rounding(0.0, across_rad=0.05), rounding(0.0, across_rad=np.pi - 0.1)], 0.01)
     assert not across_the_seam.corner
     assert str(site_edge([rounding(0.0, convex=False)], 0.01)) == (
@@ -168,15 +193,12 @@ def test_a_roll_that_knows_better_decides():
 
 
 @given(st.floats(-1e-3, 0.02), st.floats(1e-5, 5e-3), st.floats(1e-3, 0.03))
-def test_an_edge_is_surely_narrow_or_holds_zero(radius_m, error_m, finger_m):
+def test_an_edge_is_narrow_or_holds_zero(radius_m, error_m, finger_m):
     edge = site_edge([rounding(radius_m, error_m)], finger_m)
-    sharp = max(radius_m, 0.0) + 2 * error_m <= 0.125 * finger_m
-    vague = radius_m - 2 * error_m <= 0
-    if edge is None:
-        assert not sharp
-    else:
-        assert sharp or vague
-        assert edge.largest_radius_m <= 0.35 * finger_m * (1 + 1e-9)
+    bounded = max(radius_m, 0.0) + 2 * error_m <= 0.35 * finger_m
+    narrow = radius_m <= 0.125 * finger_m or radius_m - 2 * error_m <= 0
+    assert (edge is not None) == (bounded and narrow)
+    if edge is not None:
         assert 0 <= edge.radius_m < edge.largest_radius_m
 
 

@@ -5,8 +5,8 @@ contact stays: the finger's centre runs a circle of its own radius about the edg
 stays while the contact jumps from one side to the other. A curvature of such a place would say how sharp the
 taxels are, not what the surface is like. So it gives no evidence over the primitives, and a warning.
 
-What is called an edge is a matter of what was measured: the radius of the rounding is surely below an eighth
-of the fingertip's, or its interval goes down to 0. A thin rod whose radius is measured is curved.
+What is called an edge is a matter of what was measured: the radius of the rounding is below an eighth of the
+fingertip's, or its interval goes down to 0. A rod whose radius is measured, and larger, is curved.
 """
 
 from collections.abc import Sequence
@@ -17,15 +17,16 @@ import numpy as np
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import ShapeOperator
+from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.rounding import Rounding, roundings, taxel_angle_rad
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["SHARP", "Edge", "beside_edges", "contradicted", "find_edge", "site_edge", "taxel_angle_rad"]
 
 SHARP = 0.125
-"""A rounding is an edge when its radius is surely below this share of the fingertip's."""
+"""A rounding is an edge when its radius is below this share of the fingertip's, or may be 0."""
 OPEN = 0.35
-"""Or when its interval holds 0 and ends below this share."""
+"""And when its interval ends below this share."""
 TIMES_THE_ERROR = 2.0
 """Half the width of that interval, in standard errors: 95 %."""
 BESIDE = 2.0
@@ -85,13 +86,18 @@ def find_edge(recording: TouchRecording, track: ContactTrack, site: ContactSite)
     Edge or None
         None where the surface is smooth, or known to be rounded.
     """
-    return site_edge(roundings(recording, track, site), recording.fingertip.radius_m)
+    tip = recording.fingertip
+    return site_edge(
+        roundings(recording, track, site), tip.radius_m, isinstance(surface_of(tip), SphereSurface)
+    )
 
 
-def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
+def site_edge(felt: Sequence[Rounding], radius_m: float, sphere: bool = True) -> Edge | None:
     """What the roundings that the rolls of a site crossed say together.
 
-    One that is known better outdoes others: a roll along a thin rod sees little of it.
+    One that is known better outdoes others: a roll along a thin rod sees little of it. On a finger that is no
+    sphere a contact is moved to where a smooth surface would be touched, which makes an edge look rounder
+    than it is: there a roll that finds it sharp is not outdone, and the bound is that of all.
 
     Parameters
     ----------
@@ -99,6 +105,8 @@ def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
         Of all rolls.
     radius_m : float
         Radius of the fingertip, metres.
+    sphere : bool
+        Whether the fingertip is one.
 
     Returns
     -------
@@ -108,7 +116,7 @@ def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
     sharp = [
         own
         for own in felt
-        if _is_sharp(own, radius_m) and not any(_outdoes(other, own, radius_m) for other in felt)
+        if _is_sharp(own, radius_m) and not (sphere and any(_outdoes(other, own, radius_m) for other in felt))
     ]
     if not sharp:
         return None
@@ -119,6 +127,8 @@ def site_edge(felt: Sequence[Rounding], radius_m: float) -> Edge | None:
     corner = best.convex and any(_apart(own, best) > CORNER_RAD for own in alike)
     spread = max(own.radius_m for own in alike) - min(own.radius_m for own in alike)
     largest = max(_interval(own)[1] for own in alike) + spread if corner else _interval(best)[1]
+    if not sphere:
+        largest = max(_interval(own)[1] for own in felt if own.convex == best.convex)
     return Edge(
         turn_rad=turn,
         radius_m=max(best.radius_m, 0.0),
@@ -185,11 +195,11 @@ def _interval(own: Rounding) -> tuple[float, float]:
 
 
 def _is_sharp(own: Rounding, radius_m: float) -> bool:
-    """Whether a rounding is surely narrow, or can't be told from a sharp edge."""
+    """Whether a rounding is narrow, or can't be told from a sharp edge."""
     if not own.convex:
         return True
     low, high = _interval(own)
-    return high <= SHARP * radius_m or (low <= 0 and high <= OPEN * radius_m)
+    return high <= OPEN * radius_m and (low <= 0 or own.radius_m <= SHARP * radius_m)
 
 
 def _outdoes(other: Rounding, own: Rounding, radius_m: float) -> bool:

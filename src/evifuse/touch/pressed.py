@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
+from evifuse.touch.fingertip import taxel_pitch_m
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["pressed_m"]
@@ -60,7 +61,9 @@ def pressed_m(recording: TouchRecording, track: ContactTrack, site: ContactSite)
     depth = LATE * middle
     if depth < 0.25 * USUAL * radius:
         return USUAL * radius, UNSURE * radius
-    return depth, max(float(np.hypot(LEAST * radius, RELATIVE * depth)), 0.5 * (most - low))
+    late = taxel_pitch_m(recording.fingertip) ** 2 / (4 * radius)  # half a diagonal away from a taxel
+    error = float(np.sqrt((LEAST * radius) ** 2 + (RELATIVE * depth) ** 2 + late**2))
+    return depth, max(error, 0.5 * (most - low))
 
 
 def _way_m(
