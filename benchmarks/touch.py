@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import touch_curvature
+import touch_edges
 import touch_primitives
 import touch_sparse
 import touch_speed
@@ -21,7 +22,7 @@ from touch_cases import SiteRow
 from evifuse.errors import EvifuseError
 from evifuse.recordings.recording import Fingertip
 
-PARTS = ("curvature", "layouts", "sparse", "primitives", "speed")
+PARTS = ("curvature", "layouts", "sparse", "edges", "primitives", "speed")
 
 
 def real_layouts(names: tuple[str, ...] = touch_curvature.FEW_LAYOUTS) -> dict[str, Fingertip | None]:
@@ -84,6 +85,9 @@ def _measured(
             touch_sparse.run(seed, ("clean", "modest"), (8,) if quick else (4, 6, 8), 6 if quick else 2)
         )
         return rows, touch_sparse.summary(rows), touch_sparse.print_summary
+    if part == "edges":
+        rows = list(touch_edges.run(seed, 1 if quick else 4, real_layouts((touch_edges.LAYOUT,))))
+        return rows, touch_edges.summary(rows), touch_edges.print_summary
     if part == "primitives":
         meshes = touch_primitives.load_meshes(objects)
         tips: dict[str, Fingertip | None] = {"sphere 305": None} | real_layouts()

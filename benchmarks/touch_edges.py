@@ -9,6 +9,7 @@ between taxels without pressing on any isn't felt, and counts for nothing. The c
 printed of it is how often its evidence calls a sharp place curved.
 """
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 from touch_cases import SiteRow, stream, touch
 from touch_sparse import sparse_fingertip
 
+from evifuse.errors import EvifuseError
 from evifuse.recordings.recording import Fingertip
 from evifuse.simulation import Procedure
 from evifuse.simulation.fingertip import Skin
@@ -50,7 +52,10 @@ def run(
                 name = SURFACE.get(kind, kind)
                 if name in ("cylinder", "sphere"):
                     options["procedure"] = _gentle(name, drawn["radius_m"], a)
-                yield from touch(name, noise, seed + number, **options, **drawn)
+                try:
+                    yield from touch(name, noise, seed + number, **options, **drawn)
+                except EvifuseError as error:
+                    print(f"left out: {finger}, {noise}, {kind} {number}: {error}", file=sys.stderr)
 
 
 def _drawn(kind: str, a: float, generator: np.random.Generator) -> dict[str, float]:
