@@ -181,3 +181,34 @@ def rings(positions, contact, pressure, count, furthest):
                 total[ring] += pressure[m, j]
                 squares[ring] += square
     return size, total, squares
+
+
+@njit
+def held(directions, positions, radius, reach, power):
+    """Share (M,) of a profile (1 - r^2 / reach^2)^power that lies on the array, and its slope (M, 3).
+
+    The share is over the largest one; the slope is that of its logarithm along the sphere, 1/m.
+    """
+    count, square = directions.shape[0], reach * reach
+    share, slope = np.zeros(count), np.zeros((count, 3))
+    for m in range(count):
+        ux, uy, uz = directions[m]
+        total = x = y = z = 0.0
+        for j in range(positions.shape[0]):
+            dx, dy = positions[j, 0] - radius * ux, positions[j, 1] - radius * uy
+            dz = positions[j, 2] - radius * uz
+            left = 1.0 - (dx * dx + dy * dy + dz * dz) / square
+            if left > 0.0:
+                f = 1.0
+                for _k in range(power - 1):
+                    f *= left
+                total += f * left
+                f *= power * 2.0 / square
+                x, y, z = x + f * dx, y + f * dy, z + f * dz
+        if total > 0.0:
+            inward = x * ux + y * uy + z * uz
+            share[m] = total
+            slope[m, 0] = (x - inward * ux) / total
+            slope[m, 1] = (y - inward * uy) / total
+            slope[m, 2] = (z - inward * uz) / total
+    return share / max(share.max(), 1e-300), slope

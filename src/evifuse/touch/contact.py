@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
-from evifuse.touch.profile import pressure_profile
+from evifuse.touch.profile import Profile, pressure_profile
 from evifuse.touch.remembered import per_fingertip
+from evifuse.touch.rim import without_rim
 
 __all__ = ["CONTACT_FLOOR_PA", "ContactTrack", "contact_track", "noise_pa"]
 
@@ -26,8 +27,12 @@ SOME = 1000
 """Samples that the highest pressure and the width of the patch are taken from, about."""
 WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
-NARROW_ERROR, WIDE_ERROR = 1.5e-4, 2.7e-3
+BROAD = 7.0
+"""The profile of a wide patch is looked at up to so many radii of gyration of its upper part."""
+NARROW_ERROR, WIDE_ERROR = 1.5e-4, 1.5e-3
 """Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
+PULLED_ERROR = 2.7e-3
+"""The same where a wide patch is placed and the rim's pull is not undone."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,8 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
 
     Where the noise is more than a hundredth of the peak, pressures are first summed over neighbouring taxels.
     There, and where the patch is wide, the direction is then the place at which the mean profile of pressure
-    fits best: taxels without contact add no noise to it and the rim of the array doesn't pull it.
+    fits best: taxels without contact add no noise to it, and what the rim of the array pulls is undone, see
+    `without_rim`.
 
     All of this is our own.
 
@@ -190,14 +196,15 @@ def _matched(
     """Directions (M, 3) at which the mean profile fits best, and whether the array lies around them."""
     from evifuse.touch._kernels_contact import match
 
-    furthest = max(3.5 * patch_rad * tip.radius_m, 4 * taxel_pitch_m(tip))
-    height = np.zeros(len(rows))
+    furthest = max(BROAD * patch_rad * tip.radius_m, 4 * taxel_pitch_m(tip))
+    height, profile = np.zeros(len(rows)), Profile(1, furthest, 0.0)
     some = slice(None, None, max(1, len(rows) // 300))
     for _ in range(2):
         profile = pressure_profile(tip, pressure[rows[some]], tip.radius_m * contact[some], furthest)
         contact, height = match(
             pressure, rows, contact, tip.positions_m, tip.radius_m, profile.reach_m, profile.power, 3
         )
+    contact = without_rim(tip, contact, height, profile)
     pole = tip.normals.mean(axis=0)
     rim = float((tip.normals @ pole).min()) / float(np.linalg.norm(pole))
     aside = np.arccos(np.clip(contact @ pole / np.linalg.norm(pole), -1.0, 1.0))

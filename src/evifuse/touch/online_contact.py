@@ -8,9 +8,9 @@ from evifuse.touch.contact import (
     CONTACT_FLOOR_PA,
     NARROW_ERROR,
     NOISY,
+    PULLED_ERROR,
     SUMMED,
     WIDE,
-    WIDE_ERROR,
     neighbourhoods,
     noise_pa,
     normal_weights,
@@ -71,7 +71,7 @@ class ContactFinder:
     @property
     def scale_error(self) -> float:
         """Relative error of the contact's angle that all samples share."""
-        return WIDE_ERROR if self._wide else NARROW_ERROR
+        return PULLED_ERROR if self._wide else NARROW_ERROR
 
     def find(self, pressure_pa: Array) -> tuple[bool, Array | None, Array]:
         """Contact in the next sample.

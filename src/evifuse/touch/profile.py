@@ -14,7 +14,7 @@ from evifuse.recordings.recording import Fingertip
 
 __all__ = ["Profile", "press_depth_m", "pressure_profile"]
 
-POWERS = (1, 2, 3, 4, 6)
+POWERS = (1, 2, 3, 4, 6, 9)
 BINS, WIDTHS, SAMPLES = 24, 40, 300
 USUAL_DEPTH_M = 1.5e-4
 """Press depth where the profile doesn't tell it, give or take half: our finger of 10 mm on a
