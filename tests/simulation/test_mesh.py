@@ -35,6 +35,17 @@ def test_nearest_points_of_a_ball(ball):
     np.testing.assert_allclose(plain, np.stack([foot, normal], axis=1)[:5])
 
 
+def test_where_the_search_begins_changes_nothing(ball):
+    # right over the middle of a sample's neighbours some are equally near
+    points = np.concatenate([ball.samples_m[:40], [[0.0, 0.0, 0.04]], ball.samples_m[:40] * 1.3])
+    found = []
+    for start in (0, len(ball.samples_m) - 1, len(ball.samples_m) // 2):
+        ball.last[0] = start
+        found.append(np.concatenate([ball.nearest(points[i : i + 1]) for i in range(len(points))]))
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
+
+
 def test_curvatures_are_those_of_the_body(ball, ring):
     rng = np.random.default_rng(2)
     for point in ball.samples_m[rng.choice(len(ball.samples_m), 60)]:

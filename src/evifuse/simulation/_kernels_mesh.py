@@ -14,39 +14,6 @@ _jit: Any = numba.njit(cache=True, fastmath=False, error_model="numpy")
 
 
 @_jit
-def _closest_sample(grid: Any, x: float, y: float, z: float) -> int:
-    """Number of the nearest sample, ring by ring of cells around the point."""
-    low, cell, shape, first, order, samples = grid
-    i, j, k = int((x - low[0]) / cell), int((y - low[1]) / cell), int((z - low[2]) / cell)
-    i, j, k = (min(max(i, 0), shape[0] - 1), min(max(j, 0), shape[1] - 1), min(max(k, 0), shape[2] - 1))
-    best, found, ring = 1e300, -1, 0
-    # what a point outside of the grid is away from its cell
-    gap = 0.0
-    for value, start, count in ((x, low[0], shape[0]), (y, low[1], shape[1]), (z, low[2], shape[2])):
-        gap = max(gap, max(start - value, value - start - count * cell))
-    while ring < 512:
-        for a in range(max(i - ring, 0), min(i + ring, shape[0] - 1) + 1):
-            for b in range(max(j - ring, 0), min(j + ring, shape[1] - 1) + 1):
-                inner = abs(a - i) < ring and abs(b - j) < ring
-                for c in range(max(k - ring, 0), min(k + ring, shape[2] - 1) + 1):
-                    if inner and abs(c - k) < ring:
-                        continue
-                    at = (a * shape[1] + b) * shape[2] + c
-                    for place in range(first[at], first[at + 1]):
-                        s = order[place]
-                        dx, dy, dz = samples[s, 0] - x, samples[s, 1] - y, samples[s, 2] - z
-                        square = dx * dx + dy * dy + dz * dz
-                        if square < best:
-                            best, found = square, s
-        ring += 1
-        if found >= 0 and math.sqrt(best) <= max((ring - 1) * cell, gap):
-            break
-        if found >= 0 and ring * cell > math.sqrt(best) + cell:
-            break
-    return found
-
-
-@_jit
 def _outside(place: float, cell: float) -> float:
     """Square of the way to an interval from 0 to a cell's side."""
     beside = max(-place, place - cell, 0.0)
@@ -54,152 +21,188 @@ def _outside(place: float, cell: float) -> float:
 
 
 @_jit
-def _value(grid: Any, frames: Any, heights: Any, reach: float, near: int, y: Any, out: Any) -> float:
-    """Blended height over the quadrics (MPU implicits, Ohtake 2003); its gradient goes into out."""
-    low, cell, shape, first, order, samples = grid
-    i, j, k = int((y[0] - low[0]) / cell), int((y[1] - low[1]) / cell), int((y[2] - low[2]) / cell)
-    total, value = 0.0, 0.0
-    gx = gy = gz = wx = wy = wz = 0.0
-    ax, ay, az = frames[near, 2, 0], frames[near, 2, 1], frames[near, 2, 2]
-    far = reach * reach
-    for a in range(max(i - 1, 0), min(i + 1, shape[0] - 1) + 1):
-        aside_x = _outside(y[0] - low[0] - a * cell, cell)
-        for b in range(max(j - 1, 0), min(j + 1, shape[1] - 1) + 1):
-            aside_xy = aside_x + _outside(y[1] - low[1] - b * cell, cell)
-            for c in range(max(k - 1, 0), min(k + 1, shape[2] - 1) + 1):
-                if aside_xy + _outside(y[2] - low[2] - c * cell, cell) >= far:
+def _closest_sample(grid: Any, x: float, y: float, z: float, hint: int) -> int:
+    """Number of the nearest sample: in all cells that may hold a nearer one than a sample near by (hint).
+
+    Of some that are as near it is the first, whatever the hint.
+    """
+    box, first, places, _ = grid
+    cell = box[3]
+    wide, deep, high = int(box[4]), int(box[5]), int(box[6])
+    px, py, pz = x - box[0], y - box[1], z - box[2]
+    found, q = hint, places[hint]
+    best = (x - q[0]) ** 2 + (y - q[1]) ** 2 + (z - q[2]) ** 2
+    if (
+        best > 0.04 * cell * cell
+        and 0 <= px < wide * cell
+        and 0 <= py < deep * cell
+        and 0 <= pz < high * cell
+    ):
+        at = (int(px / cell) * deep + int(py / cell)) * high + int(pz / cell)
+        for s in range(first[at], first[at + 1]):
+            q = places[s]
+            best = min(best, (x - q[0]) ** 2 + (y - q[1]) ** 2 + (z - q[2]) ** 2)
+    best = best * (1 + 1e-9) + 1e-30
+    far = math.sqrt(best)
+    start_j, stop_j = max(int((py - far) / cell), 0), min(int((py + far) / cell), deep - 1)
+    start_k, stop_k = max(int((pz - far) / cell), 0), min(int((pz + far) / cell), high - 1)
+    for a in range(max(int((px - far) / cell), 0), min(int((px + far) / cell), wide - 1) + 1):
+        aside_x = (1 - 1e-9) * _outside(px - a * cell, cell)
+        if aside_x >= best:
+            continue
+        for b in range(start_j, stop_j + 1):
+            aside_xy = aside_x + (1 - 1e-9) * _outside(py - b * cell, cell)
+            if aside_xy >= best:
+                continue
+            row = (a * deep + b) * high
+            for c in range(start_k, stop_k + 1):
+                begin, end = first[row + c], first[row + c + 1]
+                if begin == end or aside_xy + (1 - 1e-9) * _outside(pz - c * cell, cell) >= best:
                     continue
-                at = (a * shape[1] + b) * shape[2] + c
-                for place in range(first[at], first[at + 1]):
-                    s = order[place]
-                    dx, dy, dz = y[0] - samples[s, 0], y[1] - samples[s, 1], y[2] - samples[s, 2]
-                    rest = 1.0 - (dx * dx + dy * dy + dz * dz) / (reach * reach)
-                    if rest <= 0.0:
-                        continue
-                    f = frames[s]
-                    if f[2, 0] * ax + f[2, 1] * ay + f[2, 2] * az <= 0.0:
-                        continue  # the other side of a thin wall
-                    u = f[0, 0] * dx + f[0, 1] * dy + f[0, 2] * dz
-                    v = f[1, 0] * dx + f[1, 1] * dy + f[1, 2] * dz
-                    h = f[2, 0] * dx + f[2, 1] * dy + f[2, 2] * dz
-                    q = heights[s]
-                    su = q[1] + 2 * q[3] * u + q[4] * v
-                    sv = q[2] + q[4] * u + 2 * q[5] * v
-                    over = h - (q[0] + q[1] * u + q[2] * v + q[3] * u * u + q[4] * u * v + q[5] * v * v)
-                    w = rest * rest * rest * rest
-                    slope = -8.0 * rest * rest * rest / (reach * reach)
-                    total += w
-                    value += w * over
-                    gx += w * (f[2, 0] - su * f[0, 0] - sv * f[1, 0]) + slope * dx * over
-                    gy += w * (f[2, 1] - su * f[0, 1] - sv * f[1, 1]) + slope * dy * over
-                    gz += w * (f[2, 2] - su * f[0, 2] - sv * f[1, 2]) + slope * dz * over
-                    wx += slope * dx
-                    wy += slope * dy
-                    wz += slope * dz
-    if total <= 0.0:
-        return math.nan
-    value /= total
-    out[0] = (gx - value * wx) / total
-    out[1] = (gy - value * wy) / total
-    out[2] = (gz - value * wz) / total
-    return value
+                for s in range(begin, end):
+                    dx, dy, dz = places[s, 0] - x, places[s, 1] - y, places[s, 2] - z
+                    square = dx * dx + dy * dy + dz * dz
+                    if square < best:
+                        best, found = square, s
+    return found
 
 
 @_jit
-def nearest_one(
-    grid: Any, frames: Any, heights: Any, reach: float, x: Any, foot: Any, normal: Any, near_enough: float
-) -> None:
-    """Nearest point of the blended surface: Newton's method with the curvature of the nearest sample."""
-    samples = grid[5]
-    near = _closest_sample(grid, x[0], x[1], x[2])
-    square = 0.0
-    for axis in range(3):
-        square += (x[axis] - samples[near, axis]) ** 2
-    for axis in range(3):
-        foot[axis] = x[axis] if square < 0.25 * reach * reach else samples[near, axis]
-        normal[axis] = frames[near, 2, axis]
-    gradient = np.empty(3)
+def _value(grid: Any, near: int, x: float, y: float, z: float) -> Any:
+    """Blended height over the quadrics (MPU implicits, Ohtake 2003), and its gradient."""
+    box, first, places, table = grid
+    cell = box[3]
+    wide, deep, high = int(box[4]), int(box[5]), int(box[6])
+    px, py, pz = x - box[0], y - box[1], z - box[2]
+    i, j, k = int(px / cell), int(py / cell), int(pz / cell)
+    low_k, high_k = max(k - 1, 0), min(k + 1, high - 1) + 1
+    total, value = 0.0, 0.0
+    gx = gy = gz = wx = wy = wz = 0.0
+    ax, ay, az = table[near, 0], table[near, 1], table[near, 2]
+    far = cell * cell
+    per = 1.0 / far
+    for a in range(max(i - 1, 0), min(i + 1, wide - 1) + 1):
+        aside_x = _outside(px - a * cell, cell)
+        for b in range(max(j - 1, 0), min(j + 1, deep - 1) + 1):
+            if aside_x + _outside(py - b * cell, cell) >= far:
+                continue
+            row = (a * deep + b) * high
+            for s in range(first[row + low_k], first[row + high_k]):
+                dx, dy, dz = x - places[s, 0], y - places[s, 1], z - places[s, 2]
+                rest = 1.0 - (dx * dx + dy * dy + dz * dz) * per
+                if rest <= 0.0:
+                    continue
+                q = table[s]
+                if q[0] * ax + q[1] * ay + q[2] * az <= 0.0:
+                    continue  # the other side of a thin wall
+                ux = q[3] + q[6] * dx + q[7] * dy + q[8] * dz
+                uy = q[4] + q[7] * dx + q[9] * dy + q[10] * dz
+                uz = q[5] + q[8] * dx + q[10] * dy + q[11] * dz
+                over = q[12] + 0.5 * ((q[3] + ux) * dx + (q[4] + uy) * dy + (q[5] + uz) * dz)
+                w = rest * rest * rest
+                slope = -8.0 * per * w
+                w *= rest
+                total += w
+                value += w * over
+                tilt = slope * over
+                gx += w * ux + tilt * dx
+                gy += w * uy + tilt * dy
+                gz += w * uz + tilt * dz
+                wx += slope * dx
+                wy += slope * dy
+                wz += slope * dz
+    if total <= 0.0:
+        return math.nan, 0.0, 0.0, 0.0
+    value /= total
+    return value, (gx - value * wx) / total, (gy - value * wy) / total, (gz - value * wz) / total
+
+
+@_jit
+def _newton(grid: Any, x: float, y: float, z: float, near: int, near_enough: float) -> Any:
+    """Foot and normal of a point, with the curvature of the nearest sample."""
+    box, _, places, table = grid
+    reach = box[3]
+    q = table[near]
+    nx, ny, nz = q[0], q[1], q[2]
+    fx, fy, fz = places[near, 0], places[near, 1], places[near, 2]
+    if (x - fx) ** 2 + (y - fy) ** 2 + (z - fz) ** 2 < 0.25 * reach * reach:
+        fx, fy, fz = x, y, z
     for step in range(30):
         if step % 8 == 7:
-            near = _closest_sample(grid, foot[0], foot[1], foot[2])
-        value = _value(grid, frames, heights, reach, near, foot, gradient)
+            near = _closest_sample(grid, fx, fy, fz, near)
+        value, gx, gy, gz = _value(grid, near, fx, fy, fz)
         if math.isnan(value):
             break
-        size = math.sqrt(gradient[0] ** 2 + gradient[1] ** 2 + gradient[2] ** 2)
-        for axis in range(3):
-            normal[axis] = gradient[axis] / size
+        size = math.sqrt(gx * gx + gy * gy + gz * gz)
+        nx, ny, nz = gx / size, gy / size, gz / size
         rise = -value / size
-        away = 0.0
-        for axis in range(3):
-            away += (x[axis] - foot[axis]) * normal[axis]
-        f, q = frames[near], heights[near]
-        ru = rv = 0.0
-        for axis in range(3):
-            aside = x[axis] - foot[axis] - away * normal[axis]
-            ru += f[0, axis] * aside
-            rv += f[1, axis] * aside
+        away = (x - fx) * nx + (y - fy) * ny + (z - fz) * nz
+        rx, ry, rz = x - fx - away * nx, y - fy - away * ny, z - fz - away * nz
+        q = table[near]
+        ru = q[13] * rx + q[14] * ry + q[15] * rz
+        rv = q[16] * rx + q[17] * ry + q[18] * rz
         # (I - d S) t = r in the axes of the sample
         d = min(max(away, -0.02), 0.05)
-        p, o, r = 1 - 2 * d * q[3], -d * q[4], 1 - 2 * d * q[5]
+        p, o, r = 1 - 2 * d * q[19], -d * q[20], 1 - 2 * d * q[21]
         determinant = p * r - o * o
         if determinant < 0.1 or p + r < 0.5:
             p, o, r, determinant = 1.0, 0.0, 1.0, 1.0
         u, v = (r * ru - o * rv) / determinant, (p * rv - o * ru) / determinant
         length = math.sqrt(u * u + v * v)
-        cut = (
-            min(1.0, reach / max(length, 1e-300))
-            if step < 10
-            else 0.5 * min(1.0, reach / max(length, 1e-300))
-        )
-        moved = abs(rise) + cut * length
-        for axis in range(3):
-            tangential = u * f[0, axis] + v * f[1, axis]
-            foot[axis] += cut * tangential
+        cut = min(1.0, reach / max(length, 1e-300))
+        if step >= 10:
+            cut *= 0.5
+        tx, ty, tz = u * q[13] + v * q[16], u * q[14] + v * q[17], u * q[15] + v * q[18]
         # keep the step in the tangent plane of the blended surface
-        off = 0.0
-        for axis in range(3):
-            off += cut * (u * f[0, axis] + v * f[1, axis]) * normal[axis]
-        for axis in range(3):
-            foot[axis] += (rise - off) * normal[axis]
-        if moved < near_enough:
+        up = rise - cut * (tx * nx + ty * ny + tz * nz)
+        fx, fy, fz = fx + cut * tx + up * nx, fy + cut * ty + up * ny, fz + cut * tz + up * nz
+        if abs(rise) + cut * length < near_enough:
             break
+    return fx, fy, fz, nx, ny, nz
 
 
 @_jit
-def nearest_many(grid: Any, frames: Any, heights: Any, reach: float, points: Any) -> Any:
+def nearest_one(grid: Any, last: Any, x: float, y: float, z: float) -> Any:
+    """Nearest point of the blended surface and its normal; the last nearest sample shortens the search."""
+    last[0] = _closest_sample(grid, x, y, z, last[0])
+    return _newton(grid, x, y, z, last[0], 1e-9)
+
+
+@_jit
+def nearest_many(grid: Any, last: Any, points: Any) -> Any:
     """Nearest points and normals of many points."""
     feet, normals = np.empty_like(points), np.empty_like(points)
     for i in range(len(points)):
-        nearest_one(grid, frames, heights, reach, points[i], feet[i], normals[i], 1e-9)
+        found = nearest_one(grid, last, points[i, 0], points[i, 1], points[i, 2])
+        feet[i, 0], feet[i, 1], feet[i, 2] = found[0], found[1], found[2]
+        normals[i, 0], normals[i, 1], normals[i, 2] = found[3], found[4], found[5]
     return feet, normals
 
 
 @_jit
-def distance_many(grid: Any, frames: Any, heights: Any, reach: float, points: Any) -> Any:
+def distance_many(grid: Any, points: Any) -> Any:
     """Signed distances of many points: one step of Newton's method tells those of a pressed skin."""
-    samples = grid[5]
-    away, foot, normal, gradient = np.empty(len(points)), np.empty(3), np.empty(3), np.empty(3)
+    box, _, places, _ = grid
+    wide = box[3] * box[3]
+    away = np.empty(len(points))
     near, square = 0, 0.0
     for i in range(len(points)):
-        x = points[i]
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for search in range(2):  # the sample of the point before is often near enough
-            if search and square < 0.16 * reach * reach:
+            if search and square < 0.16 * wide:
                 break
             if search:
-                near = _closest_sample(grid, x[0], x[1], x[2])
-            square = 0.0
-            for axis in range(3):
-                square += (x[axis] - samples[near, axis]) ** 2
+                near = _closest_sample(grid, x, y, z, near)
+            square = (x - places[near, 0]) ** 2 + (y - places[near, 1]) ** 2 + (z - places[near, 2]) ** 2
         first = math.nan
-        if square < 0.25 * reach * reach:
-            value = _value(grid, frames, heights, reach, near, x, gradient)
-            first = value / math.sqrt(gradient[0] ** 2 + gradient[1] ** 2 + gradient[2] ** 2)
+        if square < 0.25 * wide:
+            value, gx, gy, gz = _value(grid, near, x, y, z)
+            first = value / math.sqrt(gx * gx + gy * gy + gz * gz)
         if abs(first) < SHALLOW_M:
             away[i] = first
             continue
         # the error of a distance is the square of the foot's, so a micrometre is enough
-        nearest_one(grid, frames, heights, reach, x, foot, normal, 1e-6)
-        away[i] = 0.0
-        for axis in range(3):
-            away[i] += (x[axis] - foot[axis]) * normal[axis]
+        near = _closest_sample(grid, x, y, z, near)
+        fx, fy, fz, nx, ny, nz = _newton(grid, x, y, z, near, 1e-6)
+        away[i] = (x - fx) * nx + (y - fy) * ny + (z - fz) * nz
     return away

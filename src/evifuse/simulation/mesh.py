@@ -47,9 +47,12 @@ class MeshSurface(Surface):
     smoothing_m : float
         Radius of the neighbourhood that a quadric is fitted to, metres.
     grid : tuple
-        The samples sorted into cubes, for the inner loops.
+        The samples sorted into cubes, for the inner loops: corner, side and numbers of the cubes; where each
+        starts; its samples and their quadrics.
     places : tuple of (x, y, z)
         Default sites, metres.
+    last : ndarray of int64, shape (1,)
+        The sample that was nearest last: where the next search begins, with the same result from anywhere.
     """
 
     label: str
@@ -61,6 +64,7 @@ class MeshSurface(Surface):
     smoothing_m: float
     grid: tuple[Any, ...] = field(repr=False)
     places: Sites = ()
+    last: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64), repr=False, compare=False)
     name: ClassVar[str] = "mesh"
     category: ClassVar[str] = "curved"
     probe_m: ClassVar[float] = _PROBE_M
@@ -81,7 +85,7 @@ class MeshSurface(Surface):
         from evifuse.simulation._kernels_mesh import nearest_many
 
         points = np.ascontiguousarray(points, dtype=np.float64)
-        return nearest_many(self.grid, self.frames, self.heights, self.smoothing_m, points)
+        return nearest_many(self.grid, self.last, points)
 
     def nearest_one(self, x: float, y: float, z: float) -> tuple[Triple, Triple]:
         """Nearest point of one point, in plain floats.
@@ -100,11 +104,7 @@ class MeshSurface(Surface):
         """
         from evifuse.simulation._kernels_mesh import nearest_one
 
-        foot, normal = np.empty((2, 3))
-        nearest_one(
-            self.grid, self.frames, self.heights, self.smoothing_m, np.array([x, y, z]), foot, normal, 1e-9
-        )
-        (a, b, c), (u, v, w) = foot.tolist(), normal.tolist()
+        a, b, c, u, v, w = nearest_one(self.grid, self.last, x, y, z)
         return (a, b, c), (u, v, w)
 
     def distance(self, points: Points) -> NDArray[np.float64]:
@@ -123,7 +123,7 @@ class MeshSurface(Surface):
         from evifuse.simulation._kernels_mesh import distance_many
 
         points = np.ascontiguousarray(points, dtype=np.float64)
-        return distance_many(self.grid, self.frames, self.heights, self.smoothing_m, points)
+        return distance_many(self.grid, points)
 
     def _above(self, x: float, y: float) -> Points | None:
         """Highest triangle on the vertical line, then the smooth surface beside it."""
@@ -229,7 +229,7 @@ def _smooth(label: str, mesh: Any, smoothing_m: float | None, trimesh: Any, tree
         frames,
         heights,
         reach,
-        _grid(samples, reach),
+        _grid(samples, frames, heights, reach),
     )
 
 
@@ -266,11 +266,29 @@ def _quadrics(samples: Points, normals: Points, reach_m: float, tree: Any) -> tu
     return frames, heights * reach_m / reach_m ** np.array([0, 1, 1, 2, 2, 2])
 
 
-def _grid(samples: Points, cell: float) -> tuple[Any, ...]:
-    """Samples sorted into cubes of the blending radius."""
+def _grid(samples: Points, frames: Points, heights: Points, cell: float) -> tuple[Any, ...]:
+    """Samples sorted into cubes of the blending radius, and their quadrics in this order."""
     low = samples.min(axis=0) - cell
     shape = np.ceil((samples.max(axis=0) + cell - low) / cell).astype(np.int64)
     place = ((samples - low) / cell).astype(np.int64)
     key = (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2]
     first = np.concatenate([[0], np.cumsum(np.bincount(key, minlength=int(shape.prod())))])
-    return low, float(cell), shape, first.astype(np.int64), np.argsort(key, kind="stable"), samples
+    order = np.argsort(key, kind="stable")
+    box = np.array([*low, cell, *shape])
+    return box, first.astype(np.int64), samples[order], _in_the_world(frames[order], heights[order])
+
+
+def _in_the_world(frames: Points, heights: Points) -> Points:
+    """What the inner loops need of each sample's quadric: (S, 22).
+
+    Normal, g, the upper half of the symmetric H by rows, and c: a place at d from the sample is
+    c + g . d + d . H d / 2 over the quadric, and this grows by g + H d. Then the frame's two tangents, and
+    the quadric's u^2, uv, v^2.
+    """
+    axes, normals = frames[:, :2], frames[:, 2]
+    gradient = normals - np.einsum("sa,sai->si", heights[:, 1:3], axes)
+    bend = -np.stack([2 * heights[:, 3], heights[:, 4], heights[:, 4], 2 * heights[:, 5]], axis=1)
+    hessian = axes.transpose(0, 2, 1) @ bend.reshape(-1, 2, 2) @ axes
+    upper = hessian[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+    plane = axes.reshape(-1, 6)
+    return np.hstack([normals, gradient, upper, -heights[:, :1], plane, heights[:, 3:]])
