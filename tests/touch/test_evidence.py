@@ -11,17 +11,28 @@ from evifuse.touch import (
     ShapeOperator,
     evidence_from_sites,
     primitive_probabilities,
+    sense_curvature,
     site_evidence,
+    spherical_fingertip,
 )
 from evifuse.touch.resolved import operator_covariance, resolved_threshold_per_m
+from tests.touch.rolled import ball, plane, rolled
 
 TRUE = {"P": (0, 0), "C-": (0, -40), "C+": (40, 0), "H": (40, -40), "E-": (-40, -40), "E+": (40, 40)}
 ROOTS = st.lists(st.floats(-9, 9), min_size=9, max_size=9)
 
 
-def along(curvature, error):
+def along(curvature, error, direction=0.0):
     return RollCurvature(
-        np.arange(3), 0.0, curvature, error, curvature, 0.0, np.array([1.0, 0.0]), np.zeros(2), np.ones(2)
+        np.arange(3),
+        direction,
+        curvature,
+        error,
+        curvature,
+        0.0,
+        np.array([1.0, 0.0]),
+        np.zeros(2),
+        np.ones(2),
     )
 
 
@@ -109,6 +120,8 @@ def test_one_direction_supports_the_set_of_primitives_that_have_it():
     flat = site_evidence(None, [along(0.0, 1.0)], 0.7, 5.0)
     assert flat[("P", "C-", "C+", "H")] == pytest.approx(0.7)
     assert site_evidence(None, [], 0.7, 5.0) == {}
+    crossing = [along(-30.0, 1.0), along(-30.0, 1.0, 1.0)]  # but no operator fits both
+    assert site_evidence(None, crossing, 0.7, 5.0) == {}
     assert site_evidence(ShapeOperator(*[np.nan] * 5), [], 0.7, 5.0) == {}
 
 
@@ -134,3 +147,14 @@ def test_sites_weigh_the_same_and_no_sites_are_ignorance():
     assert evidence.as_dict() == pytest.approx({"N": 0.5, "P": 0.225, "frame": 0.275})
     assert evidence_from_sites([], []).as_dict() == {"frame": 1.0}
     assert CURVATURE_FRAME.hypotheses == (*PRIMITIVES, "N")
+
+
+@pytest.mark.parametrize("pitch_m", [0.002, 0.003])
+def test_one_direction_of_far_taxels_is_as_unsure_as_it_is_wrong(pitch_m):
+    off = []
+    for number, (surface, k) in enumerate([(plane(), 0.0), (ball(0.03), -1 / 0.03), (ball(0.08), -12.5)] * 2):
+        tip = spherical_fingertip(pitch_m=pitch_m)
+        felt = sense_curvature(rolled(surface, (0.3 * number,), samples=400, tip=tip))
+        (found,) = felt.local_curvatures
+        off.append((found.curvature_per_m - k) / found.standard_error_per_m)
+    assert np.abs(off).max() < 4

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evifuse.belief.mass import MassFunction
-from evifuse.touch.curvature import RollCurvature, ShapeOperator
+from evifuse.touch.curvature import NARROWEST_RAD, RollCurvature, ShapeOperator, spread_rad
 from evifuse.touch.primitives import CONDITIONS, CURVATURE_FRAME, NO_CONTACT, PRIMITIVES
 from evifuse.touch.resolved import primitive_probabilities, resolved_threshold_per_m
 from evifuse.touch.smearing import class_probabilities
@@ -20,8 +20,8 @@ def site_evidence(
 
     With two principal curvatures, a primitive gets the probability that they fulfil its row of table 3, given
     the operator's covariance. With one direction only, a set of primitives gets the probability of the class
-    of curvature that all of them have in some direction. Both are discounted: what is not relied on is the
-    frame's.
+    of curvature that all of them have in some direction. Rolls in several directions that no operator fits
+    contradict each other and tell nothing. All is discounted: what is not relied on is the frame's.
 
     Parameters
     ----------
@@ -37,13 +37,15 @@ def site_evidence(
     Returns
     -------
     dict of tuple of str to float
-        Mass of each set of primitives, with the sum `reliance`; nothing without rolls or finite numbers.
+        Mass of each set of primitives, with the sum `reliance`; nothing where nothing is known.
     """
     if reliance == 0 or (shape is not None and not np.isfinite([shape.k1_per_m, shape.k2_error_per_m]).all()):
         return {}
     if shape is not None:
         found = primitive_probabilities(shape, resolved_threshold_per_m(gamma_per_m, shape))
         return {(primitive,): reliance * probability for primitive, probability in found.items()}
+    if rolls and spread_rad([roll.direction_rad for roll in rolls]) >= NARROWEST_RAD:
+        return {}
     masses: dict[tuple[str, ...], float] = {}
     for roll in rolls:
         shares = class_probabilities(roll.curvature_per_m, roll.standard_error_per_m, gamma_per_m)

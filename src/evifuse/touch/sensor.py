@@ -12,6 +12,7 @@ from evifuse.errors import KnowledgeError
 from evifuse.knowledge import load_knowledge
 from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.as_sphere import as_sphere, guided
+from evifuse.touch.coarse import with_spacing_error
 from evifuse.touch.contact import ContactTrack, contact_track
 from evifuse.touch.curvature import (
     NARROWEST_RAD,
@@ -87,7 +88,10 @@ def sense_curvature(
     rolls = [[roll for roll in found if np.isfinite(roll.curvature_per_m)] for found in measured]
     shapes = [site_shape(recording, track, site) for site in touched]
     if model == "resolved":
-        rolls = [[along(roll, s) for roll in found] for found, s in zip(rolls, shapes, strict=True)]
+        rolls = [
+            [along(roll, s) if s else with_spacing_error(recording, track, site, roll) for roll in found]
+            for found, s, site in zip(rolls, shapes, touched, strict=True)
+        ]
     missed = missed_sites(recording, track.touching, touched, shapes)
     edges = [find_edge(recording, track, site) for site in touched]
     edges = [
