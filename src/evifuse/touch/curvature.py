@@ -13,6 +13,7 @@ and K = K_cone + 1/a (section 4.1.2, signs as this project reads them). Three th
 """
 
 from dataclasses import dataclass, replace
+from math import atan2, hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,26 +162,26 @@ def measure_roll(
         0.5 * taxel_pitch_m(recording.fingertip), MOST_BLOCKS, NODES, SHARES,
     )  # fmt: skip
     along, across, psi = rates.tolist()
-    along_error, across_error = np.hypot(errors[:2], SYSTEMATIC / radius).tolist()
-    turn = np.array([[cosine, -sine], [sine, cosine]])
-    tangent = turn @ (np.array([1.0, slope]) / np.hypot(1.0, slope))
-    g = -(turn @ np.array([along, across]))
-    contact = tangent + radius * g
-    if float(contact @ tangent) < SHARPEST:  # the contact stands still while the finger goes on
-        contact = SHARPEST * tangent
-    length = float(np.linalg.norm(contact))
-    contact = contact / length
+    along_error, across_error = (hypot(error, SYSTEMATIC / radius) for error in errors[:2].tolist())
+    steep = hypot(1.0, slope)
+    tx, ty = (cosine - sine * slope) / steep, (sine + cosine * slope) / steep
+    gx, gy = sine * across - cosine * along, -sine * along - cosine * across
+    px, py = tx + radius * gx, ty + radius * gy  # the contact's way
+    if px * tx + py * ty < SHARPEST:  # the contact stands still while the finger goes on
+        px, py = SHARPEST * tx, SHARPEST * ty
+    length = hypot(px, py)
+    px, py = px / length, py / length
     return RollCurvature(
         samples=roll,
-        direction_rad=float(np.arctan2(contact[1], contact[0]) % np.pi),
-        curvature_per_m=float(contact @ g) / length,
+        direction_rad=atan2(py, px) % pi,
+        curvature_per_m=(px * gx + py * gy) / length,
         standard_error_per_m=along_error / length**2,
-        joint_curvature_per_m=(1 / radius - abs(psi) * abs(float(contact @ tangent)) / length)
+        joint_curvature_per_m=(1 / radius - abs(psi) * abs(px * tx + py * ty) / length)
         if known
         else float("nan"),
         slip=_slip(radius * abs(psi)) if known else float("nan"),
-        tangent=tangent,
-        bending_per_m=g,
+        tangent=np.array([tx, ty]),
+        bending_per_m=np.array([gx, gy]),
         bending_error_per_m=np.array([along_error, across_error]),
     )
 

@@ -94,29 +94,17 @@ def primitive_probabilities(shape: ShapeOperator, gamma_per_m: float) -> dict[st
     >>> round(found["P"], 2), round(found["C-"], 2)
     (0.5, 0.5)
     """
+    from evifuse.touch._kernels_primitives import primitive_shares
+
     k1, k2, turn = shape.k1_per_m, shape.k2_per_m, 2 * shape.k1_direction_rad
     centre = np.array([(k1 + k2) / 2, (k1 - k2) / 2 * np.cos(turn), (k1 - k2) / 2 * np.sin(turn)])
     spread = TO_MEAN_AND_DIFFERENCE @ operator_covariance(shape) @ TO_MEAN_AND_DIFFERENCE.T
     spread = spread + SMALLEST_ERROR**2 * np.eye(3)
     variance, axes = np.linalg.eigh(spread[1:, 1:])
-    steps = _nodes() * np.sqrt(variance)
     slope = axes.T @ spread[1:, 0] / variance
     left = np.sqrt(max(float(spread[0, 0] - slope**2 @ variance), SMALLEST_ERROR**2))
-    d, e = (centre[1:] + steps @ axes.T).T
-    h, r = centre[0] + steps @ slope, np.hypot(d, e)
-    limits = np.stack([-gamma_per_m - r, np.abs(gamma_per_m - r), gamma_per_m + r])
-    first, second, third = _normal_below((limits - h) / left)
-    mirrored = _normal_below((-limits[1] - h) / left)
-    middle = second - mirrored
-    hyperbolic = np.where(r > gamma_per_m, middle, 0.0)
-    return {
-        "P": float((middle - hyperbolic).mean()),
-        "C-": float((mirrored - first).mean()),
-        "C+": float((third - second).mean()),
-        "H": float(hyperbolic.mean()),
-        "E-": float(first.mean()),
-        "E+": float((1 - third).mean()),
-    }
+    shares = primitive_shares(_nodes(), np.sqrt(variance), axes, slope, centre, left, gamma_per_m)
+    return dict(zip(("P", "C-", "C+", "H", "E-", "E+"), shares, strict=True))
 
 
 @cache
@@ -130,14 +118,6 @@ def _nodes() -> NDArray[np.float64]:
     quantile = NormalDist().inv_cdf
     columns = [[quantile(x) for x in ((index * step + 0.5) / 987 % 1.0).tolist()] for step in (1, 610)]
     return np.array(columns).T
-
-
-def _normal_below(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Probability that a normal variable is below each value, to 1e-7 (Abramowitz and Stegun 7.1.26)."""
-    z = np.minimum(np.abs(values) / np.sqrt(2), 6.0)
-    t = 1 / (1 + 0.3275911 * z)
-    series = ((((1.061405429 * t - 1.453152027) * t + 1.421413741) * t - 0.284496736) * t + 0.254829592) * t
-    return 0.5 + np.copysign(0.5 * (1 - series * np.exp(-z * z)), values)
 
 
 def _turned(angle_rad: float) -> NDArray[np.float64]:

@@ -1,6 +1,8 @@
 """Which rolls belong to the same site: from where they were (our own)."""
 
 from dataclasses import dataclass
+from itertools import pairwise
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,15 +126,20 @@ def _goes_on(recording: TouchRecording, first: int, before: int, start: int, las
     reach = 2 * LONGEST_JUMP_NS // 3
     early = max(first, int(np.searchsorted(time_ns, time_ns[before] - reach)))
     late = min(last, int(np.searchsorted(time_ns, time_ns[start] + reach)))
-    pieces = ((early, before), (before, start), (start, late))
-    if any(j <= i for i, j in pieces):
+    if not early < before < start < late:
         return False
-    speed = np.stack([(place[j] - place[i]) / (time_ns[j] - time_ns[i]) for i, j in pieces])
-    size = np.linalg.norm(speed, axis=1)
-    if size.min() < 0.5 * size.max():
+    rows = [early, before, start, late]
+    point: list[list[float]] = place[rows].tolist()
+    times: list[int] = time_ns[rows].tolist()
+    ways = [[q - p for p, q in zip(a, b, strict=True)] for a, b in pairwise(point)]
+    length = [hypot(*way) for way in ways]
+    speed = [way / (b - a) for way, (a, b) in zip(length, pairwise(times), strict=True)]
+    if min(speed) < 0.5 * max(speed) or min(length) == 0:
         return False
-    ways = speed / size[:, None]
-    return float((ways @ ways.T).min()) > KEPT_WAY
+    return all(
+        sum(p * q for p, q in zip(ways[i], ways[j], strict=True)) > KEPT_WAY * length[i] * length[j]
+        for i, j in ((0, 1), (0, 2), (1, 2))
+    )
 
 
 def _groups(
