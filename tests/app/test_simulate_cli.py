@@ -1,6 +1,7 @@
 """``evifuse simulate``: recordings, random data sets and their truth, and what it refuses."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -92,6 +93,29 @@ def test_another_data_set_is_not_continued(whole: Path, run: Run) -> None:
     code, _, err = run("simulate", "--random", 3, "--seed", 8, "--noise", "modest", "-o", whole)
     assert code == 2
     assert "is of another data set" in err
+
+
+def test_a_progress_bar_is_shown_on_a_terminal(tmp_path: Path) -> None:
+    pty = pytest.importorskip("pty")
+    command = [sys.executable, "-m", "evifuse", "simulate", "--random", "1", "-o", str(tmp_path / "set")]
+    leader, follower = pty.openpty()
+    on_terminal = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=follower, env=os.environ | {"TERM": "xterm"}
+    )
+    os.close(follower)
+    seen = b""
+    while True:
+        try:
+            part = os.read(leader, 4096)
+        except OSError:  # how a terminal says that nobody writes to it any longer
+            break
+        if not part:
+            break
+        seen += part
+    os.close(leader)
+    on_terminal.communicate()
+    assert on_terminal.returncode == 0
+    assert b"100%" in seen
 
 
 def test_the_catalogue_is_listed(run: Run) -> None:
