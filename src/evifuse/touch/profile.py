@@ -15,7 +15,9 @@ from evifuse.recordings.recording import Fingertip
 __all__ = ["Profile", "press_depth_m", "pressure_profile"]
 
 POWERS = (1, 2, 3, 4, 6, 9)
-BINS, WIDTHS, SAMPLES = 24, 40, 300
+BINS, SAMPLES = 24, 300
+REACHES = np.geomspace(0.15, 1.0, 40)
+"""Ends of the profile that are tried, over the largest distance that is looked at."""
 USUAL_DEPTH_M = 1.5e-4
 """Press depth where the profile doesn't tell it, give or take half: our finger of 10 mm on a
 plane with 2 N. The same force presses deeper, by a square root, where the relative curvature is larger."""
@@ -70,7 +72,7 @@ def pressure_profile(
     size, total, squares = rings(fingertip.positions_m, contact_m[some], pressure_pa[some], BINS, furthest_m)
     kept = size > 0
     weight, mean = np.minimum(size[kept], 200.0), total[kept] / size[kept]
-    reach = furthest_m * np.geomspace(0.15, 1.0, WIDTHS)
+    reach = furthest_m * REACHES
     left = np.maximum(1 - squares[kept] / size[kept] / reach[:, None] ** 2, 0.0)
     shape = np.stack([left**power for power in POWERS])
     own, along = (shape**2) @ weight, shape @ (weight * mean)
