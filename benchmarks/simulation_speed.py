@@ -10,12 +10,16 @@ from evifuse.simulation.surface import Sites, Surface
 
 
 def bodies() -> list[tuple[str, str | Surface, Sites | None]]:
-    """What is touched: its name, itself, and where, if not at its own sites."""
-    import trimesh
-
-    ring = trimesh.creation.torus(0.04, 0.015, 96, 64)
-    mesh = load_mesh((ring.vertices, ring.faces))
-    return [*((name, name, None) for name in SURFACES), ("mesh", mesh, auto_sites(mesh, 2, seed=1))]
+    """What is touched: its name, itself, and where, if not at its own sites. Meshes are smoothed before."""
+    named: list[tuple[str, str | Surface, Sites | None]] = [(name, name, None) for name in SURFACES]
+    try:
+        import trimesh
+    except ImportError:
+        return named
+    ball, ring = trimesh.creation.icosphere(4, 0.02), trimesh.creation.torus(0.04, 0.015, 96, 64)
+    ball, ring = (load_mesh((mesh.vertices, mesh.faces)) for mesh in (ball, ring))
+    some = auto_sites(ring, 2, seed=1)
+    return [*named, ("mesh, ball", ball, ((0.0, 0.0), (0.004, 0.0))), ("mesh, torus", ring, some)]
 
 
 def measure(times: int) -> list[dict[str, Any]]:
