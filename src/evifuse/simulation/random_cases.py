@@ -23,8 +23,11 @@ NEXT = 100_000
 """Added to the number of a body when the one before has no fitting place."""
 NEAR_OPENING = 6.0
 """The place that is touched beside an opening is so near, in radii of the fingertip."""
-UPRIGHT = 0.95
-"""And its normal has at least this share upwards."""
+UPRIGHT, BELOW = 0.95, 0.5
+"""Its normal has at least this share upwards, and it lies so much below the opening's rim at most, radii.
+
+A finger that is lowered into the opening then comes to be below what was touched: nothing else says N.
+"""
 
 
 def random_body_case(
@@ -89,7 +92,7 @@ def _sites(body: RandomBody, primitive: str, seed: int, tip: Fingertip, procedur
 
     def beside(points: Points) -> NDArray[np.bool_]:
         near = np.linalg.norm(points[:, :2] - middle, axis=1) < NEAR_OPENING * tip.radius_m
-        near &= body.on_relief(points)
+        near &= body.on_relief(points) & (points[:, 2] > -BELOW * tip.radius_m)
         near[near] = body.surface.nearest(points[near])[1][:, 2] > UPRIGHT
         return near
 
