@@ -113,10 +113,11 @@ def test_an_edge_is_written_with_its_numbers(felt_edge):
     [
         ("edge", {"radius_m": 1e-4}, None),
         ("edge", {"radius_m": 1e-3, "opening_rad": 2.0}, None),
+        ("edge", {"opening_rad": np.deg2rad(155)}, None),
         ("cylinder", {"radius_m": 2e-4, "procedure": GENTLE}, SMALL),
         ("cylinder", {"radius_m": 4e-4, "procedure": GENTLE}, SMALL),
     ],
-    ids=["sharp", "rounded", "wire", "thicker wire"],
+    ids=["sharp", "rounded", "ridge", "wire", "thicker wire"],
 )
 def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
     _, sites = felt_at(surface, fingertip=fingertip, **dimensions)
@@ -124,7 +125,7 @@ def test_what_is_sharp_is_no_curvature(surface, dimensions, fingertip):
         assert site.edge is not None
         assert site.edge.convex
         assert site.edge.corner == (surface == "sphere")
-        assert site.edge.largest_radius_m >= 0.9 * dimensions["radius_m"]
+        assert site.edge.largest_radius_m >= 0.9 * dimensions.get("radius_m", 5e-4)
 
 
 @pytest.mark.parametrize(

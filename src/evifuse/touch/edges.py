@@ -31,6 +31,8 @@ TIMES_THE_ERROR = 2.0
 """Half the width of that interval, in standard errors: 95 %."""
 BESIDE = 2.0
 """A finger that fell off an edge has touched something within so many of its radii."""
+RIDGE = 2.0
+"""A ridge that turns by less than half a radian is felt as sharp as this times its turn, over the radius."""
 CORNER_RAD = 0.5
 """Where rolls turn in directions that differ by more than this (29 degrees) there is a corner or a tip."""
 
@@ -184,7 +186,8 @@ def contradicted(edge: Edge, shape: ShapeOperator | None, radius_m: float) -> bo
     if shape is None:
         return False
     if edge.convex:
-        return -shape.k2_per_m + TIMES_THE_ERROR * shape.k2_error_per_m < 1 / radius_m
+        least = min(1.0, RIDGE * edge.turn_rad) / radius_m
+        return -shape.k2_per_m + TIMES_THE_ERROR * shape.k2_error_per_m < least
     return shape.k1_per_m + TIMES_THE_ERROR * shape.k1_error_per_m < 0.7 / radius_m
 
 

@@ -20,8 +20,8 @@ from evifuse.touch.sites import ContactSite
 
 __all__ = ["Rounding", "roundings", "taxel_angle_rad"]
 
-SMALLEST_TURN_RAD = 0.25
-"""A rounding turns the normal by so much at least: 14 degrees."""
+SMALLEST_TURN_RAD = 0.14
+"""A rounding turns the normal by so much at least: 8 degrees."""
 TAXELS = 1.5
 """And by the angle between so many neighbouring taxels: what is felt sticks to a taxel before it moves on."""
 TAXEL_SHARE = 0.3
