@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import touch_cases
-from touch_primitives import BINS, labelled
+from touch_primitives import BINS
 
 from evifuse.errors import EvifuseError
 from evifuse.simulation import NOISES, SimulatedScene
@@ -147,8 +147,7 @@ def gathered(count: int, keep: Path | None) -> Iterator[Row]:
                 rows = touch_cases.rows_of(scene, felt, felt, ("", "", finger, number, 0.0))
                 touched = [row for row in rows if np.isfinite(row.k[0])]
                 if len(seen) == 1 and len(touched) == 1 and touched[0].masses:
-                    true = labelled(touched[0], scene.scene.touch.fingertip.radius_m).primitive
-                    yield number, seen[0], touched[0].pignistic, true
+                    yield number, seen[0], touched[0].pignistic, touched[0].primitive
     finally:
         sensor.reliance = kept
 

@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +62,7 @@ def felt_case(
     felt = sense_curvature(scene.scene.touch)
     by_chapter = sense_curvature(scene.scene.touch, belief="chapter")
     key = (where, case.noise, finger, number, np.nan)
-    return [labelled(row, row.radius_m) for row in rows_of(scene, felt, by_chapter, key)]
+    return rows_of(scene, felt, by_chapter, key)
 
 
 def simulated(case: Case, tip: Fingertip | None) -> SimulatedScene:
@@ -77,16 +76,6 @@ def simulated(case: Case, tip: Fingertip | None) -> SimulatedScene:
         fingertip=tip,
         picture=False,
     )
-
-
-def labelled(row: SiteRow, radius_m: float) -> SiteRow:
-    """With the primitive of table 3 at the fingertip's threshold; a dome of any size is one."""
-    if not np.isfinite(row.k[0]):
-        return replace(row, primitive="N")
-    gamma = curvature_threshold_per_m(radius_m)
-    kind = tuple(int(k > gamma) - int(k < -gamma) for k in row.k)
-    names = {(0, 0): "P", (0, -1): "C-", (1, 0): "C+", (1, -1): "H", (-1, -1): "E-", (1, 1): "E+"}
-    return replace(row, primitive=names[kind])
 
 
 def calibration(
