@@ -22,7 +22,7 @@ def projected(camera, points):
 def pictured(request):
     kind = surface(request.param)
     image, camera = photograph(kind, 0.0, np.random.default_rng(0))
-    return kind, image, camera
+    return kind, body(kind), image, camera
 
 
 def shows_body(kind, image):
@@ -32,8 +32,7 @@ def shows_body(kind, image):
 
 
 def test_the_body_is_where_the_camera_projects_it(pictured):
-    kind, image, camera = pictured
-    shape = body(kind)
+    kind, shape, image, camera = pictured
     v, u = np.nonzero(shows_body(kind, image))
     seen = np.array([u.min(), v.min(), u.max(), v.max()])
     corners = projected(camera, shape.outline_m if kind.category == "occluded" else shape.vertices_m)
@@ -42,9 +41,9 @@ def test_the_body_is_where_the_camera_projects_it(pictured):
 
 
 def test_the_outline_is_in_the_picture_with_room_around_it(pictured):
-    kind, image, camera = pictured
+    kind, shape, image, camera = pictured
     assert image.shape == (camera.height, camera.width, 3) == (480, 640, 3)
-    outline = projected(camera, body(kind).outline_m)
+    outline = projected(camera, shape.outline_m)
     assert (outline > 20).all()
     assert (outline < [620, 460]).all()
     share = shows_body(kind, image).mean()
@@ -52,7 +51,7 @@ def test_the_outline_is_in_the_picture_with_room_around_it(pictured):
 
 
 def test_the_sites_are_seen_on_the_body(pictured):
-    kind, image, camera = pictured
+    kind, _, image, camera = pictured
     for x, y in kind.sites:
         point = kind.above(x, y)
         u, v = np.rint(projected(camera, np.array([[x, y, 0.0] if point is None else point]))[0]).astype(int)
@@ -62,7 +61,7 @@ def test_the_sites_are_seen_on_the_body(pictured):
 
 def test_edges_are_smooth(pictured):
     """Between body and table there are greys that are neither: the edges are sampled finer than a pixel."""
-    kind, image, _ = pictured
+    kind, _, image, _ = pictured
     grey = image.astype(float).mean(axis=2)
     table = np.bincount(grey.astype(int).ravel()).argmax() if kind.name != "hole" else grey.min()
     mask = shows_body(kind, image)
