@@ -42,7 +42,11 @@ def piece_means(place, normal, most):
 @njit
 def spread_of(directions):
     """Smallest angle that holds all directions (R,), being lines, radians."""
-    ordered = np.sort(directions % np.pi)
+    ordered = directions % np.pi
+    for r in range(1, ordered.shape[0]):  # there are few: np.sort takes longer to compile
+        for k in range(r, 0, -1):
+            if ordered[k] < ordered[k - 1]:
+                ordered[k], ordered[k - 1] = ordered[k - 1], ordered[k]
     widest = ordered[0] + np.pi - ordered[-1]
     for r in range(1, ordered.shape[0]):
         widest = max(widest, ordered[r] - ordered[r - 1])
