@@ -20,7 +20,7 @@ from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
 from evifuse.touch.envelope import closest_contacts
 from evifuse.touch.fingersurface import SphereSurface, surface_of
 from evifuse.touch.fingertip import surrounded
-from evifuse.touch.patch import Blocks, fit_patch
+from evifuse.touch.patch import Blocks, Patch, fit_patch
 from evifuse.touch.pole import pole_of
 from evifuse.touch.quadrics import unit_rows
 from evifuse.touch.sites import ContactSite
@@ -178,13 +178,20 @@ def _closest(
         on_plane = closest_contacts(
             surface_of(tip), tip.radius_m, np.zeros(16), at, finger, (origin, frame), 12
         )
-        other, left = _found_from(on_plane, tip, pieces, pose, site, errors)
+        plane = Patch(np.zeros(16), np.eye(16), SETTLED * tip.radius_m, errors[1])
+        other, left = _found_from(on_plane, tip, pieces, pose, site, errors, plane)
         best = other if left < least else best
     return best
 
 
 def _found_from(
-    finger: Array, tip: Fingertip, pieces: Pieces, pose: Array, site: ContactSite, errors: tuple[float, float]
+    finger: Array,
+    tip: Fingertip,
+    pieces: Pieces,
+    pose: Array,
+    site: ContactSite,
+    errors: tuple[float, float],
+    patch: Patch | None = None,
 ) -> tuple[Array, float]:
     """Contacts (B, 3) on the finger that are found from others in turns, and what is left of the heights."""
     surface, radius = surface_of(tip), tip.radius_m
@@ -192,7 +199,7 @@ def _found_from(
     position, turn = pose[:, :3], unit_rows(pose[:, 3:7])
     felt = unit_rows(pieces.means[:, 3:6]) @ frame
     tilt = felt + pieces.means[:, 6:9] @ frame
-    radii, patch = np.full(len(felt), radius), None
+    radii = np.full(len(felt), radius)
     for _ in range(ROUNDS):
         finger, outward = surface.project(finger)
         centre = position + rotate(turn, finger - radius * outward)
