@@ -29,7 +29,7 @@ WIDE = 2.5
 """A patch with a larger radius of gyration than so many pitches is placed by its profile."""
 BROAD = 7.0
 """The profile of a wide patch is looked at up to so many radii of gyration of its upper part."""
-NARROW_ERROR, WIDE_ERROR = 1.5e-4, 1.5e-3
+NARROW_ERROR, WIDE_ERROR = 2e-4, 1.5e-3
 """Relative error of the contact's angle on the finger that all samples share, by how it was placed."""
 PULLED_ERROR = 2.7e-3
 """The same where a wide patch is placed and the rim's pull is not undone."""

@@ -19,7 +19,7 @@ __all__ = ["Blocks", "Patch", "fit_patch"]
 
 Array = NDArray[np.float64]
 
-HEIGHT_FLOOR = 8.5e-5
+HEIGHT_FLOOR = 1e-4
 """Smallest error of heights that all blocks of a roll share, over the finger's radius.
 
 The press is steady to a fiftieth of its depth at best, and what is left changes slowly along a roll.

@@ -116,6 +116,6 @@ def press_depth_m(
     if second > 2 * usual / relative + 0.25 * pitch_m**2:
         return usual, 0.5 * usual
     depth = 3 * second / np.sqrt(profile.power + 3) * relative
-    error = depth * float(np.hypot(0.1, 0.05 * (pitch_m**2 / second) ** 2))
+    error = depth * float(np.hypot(0.13, 0.05 * (pitch_m**2 / second) ** 2))
     share = usual**2 / (usual**2 + 4 * error**2)
     return float(share * depth + (1 - share) * usual), float(np.sqrt(share) * error)
