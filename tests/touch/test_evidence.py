@@ -110,8 +110,12 @@ def test_a_plane_that_is_felt_badly_is_still_a_plane():
     assert resolved_threshold_per_m(5.0, shape) == 12.0
     assert resolved_threshold_per_m(5.0, operator(0, 0, 0)) == 5.0
     assert resolved_threshold_per_m(5.0, ShapeOperator(0.0, -900.0, 100.0, 300.0, 0.0)) == 15.0
-    masses = site_evidence(shape, [], 1.0, 5.0)
-    assert max(masses, key=masses.__getitem__) == ("P",)
+    one_way = ShapeOperator(0.5, -9.0, 1.0, 8.0, 0.0)
+    assert resolved_threshold_per_m(5.0, one_way) == 15.0
+    assert resolved_threshold_per_m(5.0, ShapeOperator(0.5, -32.0, 1.0, 8.0, 0.0)) == 5.0  # clear of flat
+    for felt_badly in (shape, one_way):
+        masses = site_evidence(felt_badly, [], 1.0, 5.0)
+        assert max(masses, key=masses.__getitem__) == ("P",)
 
 
 def test_one_direction_supports_the_set_of_primitives_that_have_it():

@@ -28,13 +28,13 @@ TO_MEAN_AND_DIFFERENCE = np.array([[0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [0.0, 1.0,
 
 
 def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
-    """Threshold between flat and curved at a site: gamma, or twice the smaller error where that is more.
+    """Threshold between flat and curved at a site: gamma, or twice an error that leaves both open.
 
     A plane then stays a plane when it is felt badly: curvatures that the error alone explains are not called
-    curved. The smaller of both errors says how well the site was felt; the larger one may be that of a sharp
-    curvature, which is known to a share of its size only and says nothing about the other being flat. The
-    threshold is three times gamma at most: what is less sure than that is not flat, but unknown. What a wide
-    threshold costs is said by `evifuse.touch.reliance`.
+    curved. What counts is the error of a curvature that is less than two or three of them, and the smaller of
+    both in any case, which says how well the site was felt: the larger one may be that of a sharp curvature,
+    which is known to a share of its size only. The threshold is three times gamma at most: what is less sure
+    than that is not flat, but unknown. What a wide threshold costs is said by `evifuse.touch.reliance`.
 
     Parameters
     ----------
@@ -48,7 +48,12 @@ def resolved_threshold_per_m(gamma_per_m: float, shape: ShapeOperator) -> float:
     float
         Threshold, 1/m.
     """
-    error = TIMES_THE_ERROR * min(shape.k1_error_per_m, shape.k2_error_per_m)
+    error = min(shape.k1_error_per_m, shape.k2_error_per_m)
+    pairs = ((shape.k1_per_m, shape.k1_error_per_m), (shape.k2_per_m, shape.k2_error_per_m))
+    for k, own in pairs:
+        unclear = TIMES_THE_ERROR + 1 - abs(k) / max(own, SMALLEST_ERROR)
+        error = max(error, own * min(max(unclear, 0.0), 1.0))
+    error *= TIMES_THE_ERROR
     return min(max(gamma_per_m, error), WIDEST * gamma_per_m)
 
 
