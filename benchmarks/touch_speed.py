@@ -20,7 +20,8 @@ from evifuse.touch import CurvatureTracker, sense_curvature, sensor
 
 STAGES = (
     "mended", "contact_track", "guided", "find_sites", "turned_by_joint", "as_sphere", "measure_roll",
-    "site_shape", "find_edge", "missed_sites", "contact_quality", "site_evidence", "classify",
+    "site_shape", "find_edge", "missed_sites", "contact_quality", "site_evidence", "evidence_from_sites",
+    "_classified",
 )  # fmt: skip
 PERCENTILES = (50, 99)
 
@@ -90,7 +91,8 @@ def measure(times: int) -> list[dict[str, Any]]:
         first = best_ms(lambda touch=touch: sense_curvature(touch), 1)[0]
         own, clock = best_ms(lambda touch=touch: sense_curvature(touch), 4 * times)
         row = {"what": f"batch, {label}", "ms": own, "clock_ms": clock, "first_ms": first}
-        found.append(row | {"real_time": length / own, "stages_ms": stages_ms(touch, 2 * times)})
+        row |= {"real_time": length / own, "clock_real_time": length / clock}
+        found.append(row | {"stages_ms": stages_ms(touch, 2 * times)})
         middle, late = per_sample_us(touch)
         found.append(
             {"what": f"online update, {label}", "us": middle, "late_us": late, "real_time": 1e3 / middle}
@@ -132,12 +134,17 @@ def print_summary(rows: list[dict[str, Any]]) -> None:
         value = f"{row['us']:8.0f} us" if "us" in row else f"{row['ms']:8.1f} ms"
         more = f"  99 % below {row['late_us']:.0f} us" if "late_us" in row else ""
         if "clock_ms" in row:
-            more = f"  {row['clock_ms']:.1f} ms on the clock, first call {row['first_ms']:.0f} ms"
+            more = f"  on the clock {row['clock_ms']:.1f} ms, {row['clock_real_time']:.0f} x; "
+            more += f"first call {row['first_ms']:.0f} ms"
         print(f"{row['what']:<34} {value}  {row['real_time']:8.0f} x real time{more}")
         if "stages_ms" in row:
             total = sum(row["stages_ms"].values())
             shares = sorted(row["stages_ms"].items(), key=lambda item: -item[1])
             print(
                 "    "
-                + ", ".join(f"{name} {value / total:.0%}" for name, value in shares if value > 0.005 * total)
+                + ", ".join(
+                    f"{name.strip('_')} {value / total:.0%}"
+                    for name, value in shares
+                    if value > 0.005 * total
+                )
             )
