@@ -93,7 +93,7 @@ def main() -> None:
             "title: reliance on felt curvature",
             "source: >-",
             f"  learned by evifuse from {len(rows)} simulated sites, seed {SEED}; what has a weight of 0",
-            "  costs no more than the standard errors tell already: they follow the spacing of the taxels over the",
+            "  costs no more than the standard errors tell already: they follow the spacing of taxels over the",
             "  patch, and the scatter that noise and slip leave",
             f"constant: {learned[0]:.3f}",
             "terms:",
