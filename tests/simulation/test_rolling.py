@@ -144,6 +144,12 @@ def test_commanded_directions_are_travelled_on_a_plane_only():
         assert abs(angles[0]) < 0.5
 
 
+def test_the_finger_lands_without_a_blow(simulated):
+    load = simulated.scene.touch.pressure_pa.sum(axis=1)
+    touching = load > 0.1 * np.median(load[load > 0])
+    assert load.max() < 1.3 * np.median(load[touching])
+
+
 def test_pressure_is_depth_times_stiffness():
     """One taxel per case on a plane, by hand."""
     finger, kind = grid_fingertip(), surface("plane")

@@ -123,7 +123,8 @@ class FingerWorld:
         depth_m : float
             How deep the force presses the taxels in here, metres.
         """
-        self._model.geom_size[_FINGER - 1, 0] = self.radius_m + depth_m
+        size = self.radius_m + depth_m
+        self._model.geom_size[_FINGER - 1, 0] = self._model.geom_rbound[_FINGER - 1] = size
         self._model.geom_solref[:, 0] = _CONTACT_LAG_S * math.sqrt(depth_m / _LAG_M * PRESS_N / self._press_n)
         self._pose[:3] = position_m
         self._pose[3:] = np.roll(orientation_xyzw, 1)
