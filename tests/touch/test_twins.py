@@ -106,7 +106,7 @@ def test_contacts_are_those_of_numpy(taxels, seed):
     found = contact.contacts(pressure, 100.0, weights)
     for fast, slow in zip(found, twins.contacts(pressure, 100.0, areas, normals), strict=True):
         assert fast == pytest.approx(slow)
-    assert np.array_equal(contact.peaks(pressure), pressure.max(axis=1))
+    assert np.array_equal(contact.peaks(pressure, 3), pressure[::3].max(axis=1))
 
 
 def test_a_step_of_the_patch_is_least_squares():

@@ -31,11 +31,11 @@ def largest(row):
 
 
 @njit
-def peaks(pressure):
-    """Largest pressure (T,) of each sample."""
-    out = np.empty(pressure.shape[0])
-    for t in range(pressure.shape[0]):
-        out[t] = largest(pressure[t])
+def peaks(pressure, every):
+    """Largest pressure of every so many of the samples (T, N), from the first on."""
+    out = np.empty((pressure.shape[0] + every - 1) // every)
+    for t in range(out.shape[0]):
+        out[t] = largest(pressure[t * every])
     return out
 
 
@@ -101,6 +101,20 @@ def turned(quaternions, rows, vectors):
         out[m, 1] = b + w * q + z * p - x * r
         out[m, 2] = c + w * r + x * q - y * p
     return out
+
+
+@njit
+def placed(rows, contact, quaternions, position, radius):
+    """Direction, outward normal and point (T, 3) of contacts (M, 3) in their rows; else zeros."""
+    direction, normal, point = np.zeros(position.shape), np.zeros(position.shape), position.copy()
+    facing = turned(quaternions, rows, contact)
+    for m in range(rows.shape[0]):
+        t = rows[m]
+        for k in range(3):
+            direction[t, k] = contact[m, k]
+            normal[t, k] = -facing[m, k]
+            point[t, k] = position[t, k] + radius * facing[m, k]
+    return direction, normal, point
 
 
 @njit

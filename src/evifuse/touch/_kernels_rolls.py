@@ -223,6 +223,16 @@ def mean_of(values, samples):
 
 
 @njit
+def least_along(values, samples, direction):
+    """Smallest component along a direction (3,) of the rows (T, 3) of some samples."""
+    least = np.inf
+    for t in samples:
+        along = values[t, 0] * direction[0] + values[t, 1] * direction[1] + values[t, 2] * direction[2]
+        least = min(least, along)
+    return least
+
+
+@njit
 def smooth_path(position, samples, first, second, window):
     """Way (M, 2) of some samples along two axes, each the mean of up to 2 window + 1 of them."""
     count = samples.shape[0]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.quantiles import median_of
 from evifuse.touch.rolling import tangents
 from evifuse.touch.sites import ContactSite
 
@@ -114,7 +115,7 @@ def pieces_of(recording: TouchRecording, normal: Array, site: ContactSite) -> Pi
     parts: list[tuple[Array, Array, Array, NDArray[np.int64]]] = []
     for number, roll in enumerate(site.rolls):
         means, size = roll_pieces(recording.position_m, normal, turn, pole, roll, step, FEWEST, MOST)
-        full = np.minimum(size / np.median(size), 1.0)
+        full = np.minimum(size / median_of(size), 1.0)
         parts.append((means, size, full, np.full(len(full), number, np.int64)))
     means, size, full, label = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Pieces(means, size.astype(np.int64), full, label)
@@ -142,13 +143,13 @@ def spacing_error_rad(recording: TouchRecording, track: ContactTrack, site: Cont
     float
         Standard deviation, radians.
     """
+    from evifuse.touch._kernels_sites import active_taxels
+
     tip = recording.fingertip
     pitch = taxel_pitch_m(tip)
     samples = np.concatenate(site.rolls)
-    pressure = recording.pressure_pa[samples[:: max(1, len(samples) // 100)]]
-    floor = np.maximum(track.threshold_pa, FAINT * pressure.max(axis=1, keepdims=True))
-    above = np.maximum(pressure - floor, 0.0)
-    active = float(np.median(above.sum(axis=1) ** 2 / np.maximum(np.square(above).sum(axis=1), 1e-300)))
+    some = samples[:: max(1, len(samples) // 100)]
+    active = median_of(active_taxels(recording.pressure_pa, some, track.threshold_pa, FAINT))
     error = ALONE * pitch * min(1.0, (1.3 / max(active, 1.0)) ** 4)
     return error / tip.radius_m * float(np.sqrt(max(pitch / _length_m(tip), 1.0)))
 

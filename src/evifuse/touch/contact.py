@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.fingertip import taxel_areas, taxel_coverage, taxel_pitch_m
 from evifuse.touch.profile import Profile, pressure_profile
+from evifuse.touch.quantiles import median_of, quantile_of
 from evifuse.touch.remembered import per_fingertip
 from evifuse.touch.rim import without_rim
 
@@ -91,7 +92,7 @@ def noise_pa(pressure_pa: NDArray[np.float64]) -> float:
     """
     from evifuse.touch._kernels_health import quantile
 
-    sample = pressure_pa[:: max(1, pressure_pa.size // VALUES)].ravel().astype(np.float64)
+    sample = np.array(pressure_pa[:: max(1, pressure_pa.size // VALUES)], dtype=np.float64).ravel()
     below, middle, above = (quantile(sample, len(sample), share) for share in (0.4, 0.5, 0.6))
     return float(max(middle - below, above - middle)) / 0.2533
 
@@ -122,7 +123,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     ContactTrack
         Contact of each of the T samples.
     """
-    from evifuse.touch._kernels_contact import contacts, peaks, to_unit, turned
+    from evifuse.touch._kernels_contact import contacts, peaks, placed, to_unit
 
     tip, pressure = recording.fingertip, np.ascontiguousarray(recording.pressure_pa)
     noise, pitch = noise_pa(pressure), taxel_pitch_m(tip)
@@ -138,7 +139,7 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
     touching = (peak > 2 * threshold) & (length > 0.5)
     rows = np.flatnonzero(touching)
     middle = length[rows[:: max(1, len(rows) // SOME)]]
-    patch_rad = float(np.sqrt(max(2 * (1 - np.median(middle)), 0.0))) if len(rows) else 0.0
+    patch_rad = float(np.sqrt(max(2 * (1 - median_of(middle)), 0.0))) if len(rows) else 0.0
     wide = noisy or patch_rad * tip.radius_m > WIDE * pitch
     contact, interior = mean[rows], np.zeros(len(peak), dtype=np.bool_)
     if wide and len(rows):
@@ -147,16 +148,16 @@ def contact_track(recording: TouchRecording) -> ContactTrack:
         reach = max(2 * pitch / tip.radius_m, 2 * patch_rad)
         covered = np.mean([taxel_coverage(tip, reach * share) for share in REACHES], axis=0)
         interior[rows] = (covered > 0.8)[strongest[rows]]
-    direction, normal = np.zeros((2, len(peak), 3))
-    direction[rows] = contact
-    normal[rows] = -turned(recording.orientation_xyzw, rows, contact)
+    direction, normal, point = placed(
+        rows, contact, recording.orientation_xyzw, recording.position_m, tip.radius_m
+    )
     return ContactTrack(
         touching=touching,
         interior=interior,
         direction=direction,
         normal=normal,
-        point_m=recording.position_m - tip.radius_m * normal,
-        peak_pa=peaks(pressure) if noisy else peak,
+        point_m=point,
+        peak_pa=peaks(pressure, 1) if noisy else peak,
         threshold_pa=threshold,
         scale_error=WIDE_ERROR if wide else NARROW_ERROR,
         noise_pa=noise,
@@ -167,8 +168,7 @@ def _highest_pa(pressure_pa: NDArray[np.float64]) -> float:
     """Pressure that hardly any sample exceeds, from some of them: 99 % of the peaks are lower."""
     from evifuse.touch._kernels_contact import peaks
 
-    some = peaks(np.ascontiguousarray(pressure_pa[:: max(1, len(pressure_pa) // SOME)]))
-    return float(np.percentile(some, 99))
+    return quantile_of(peaks(pressure_pa, max(1, len(pressure_pa) // SOME)), 0.99)
 
 
 @per_fingertip

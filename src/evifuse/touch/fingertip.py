@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
+from evifuse.touch.quantiles import quantile_of
 from evifuse.touch.remembered import per_fingertip
 
 __all__ = ["spherical_fingertip", "surrounded", "taxel_areas", "taxel_coverage", "taxel_pitch_m"]
@@ -124,7 +125,7 @@ def taxel_coverage(fingertip: Fingertip, reach_rad: float) -> NDArray[np.float64
         Number of taxels within reach, as a share of what a taxel in the middle of the array has, in [0, 1].
     """
     within = np.count_nonzero(_cosines(fingertip) >= np.cos(reach_rad), axis=1)
-    return np.minimum(within / float(np.percentile(within, 75)), 1.0)
+    return np.minimum(within / quantile_of(within, 0.75), 1.0)
 
 
 @per_fingertip

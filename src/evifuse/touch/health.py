@@ -13,6 +13,7 @@ from evifuse.recordings.recording import Fingertip, TouchRecording
 from evifuse.touch.baseline import FREE, PAUSES, QUIET, WINDOWS, Baseline, baseline_of
 from evifuse.touch.converter import quantisation_step_pa, saturation_pa
 from evifuse.touch.glance import Glance, glance_at
+from evifuse.touch.quantiles import median_of, quantile_of
 from evifuse.touch.repair import opposite_pairs
 
 __all__ = [
@@ -160,7 +161,7 @@ def may_drift(seen: Glance) -> bool:
     from evifuse.touch._kernels_health import baseline_moves
 
     moves = baseline_moves(seen.sample, seen.quiet, WINDOWS, FREE, QUIET, PAUSES)
-    noise = 1.48 * float(np.median(seen.spread))
+    noise = 1.48 * median_of(seen.spread)
     return float(moves.max(initial=0.0)) > max(0.5 * MUCH_DRIFT * _peak(seen.rise), 1.5 * noise)
 
 
@@ -206,7 +207,7 @@ def silent_among(fingertip: Fingertip, seen: Glance) -> tuple[NDArray[np.bool_],
     if peak <= 0:  # nothing ever changes: no taxel can be told from another
         return np.zeros(len(quiet), dtype=np.bool_), np.zeros(len(quiet), dtype=np.bool_)
     noise = 1.48 * seen.spread
-    floor = float(np.median(noise))
+    floor = median_of(noise)
     numb = (noise == 0) & (floor > 0) & (reach <= 1e-3 * peak)
     high = (np.abs(quiet) > STUCK * peak) & (reach <= 1e-3 * peak)
     silent = numb | high
@@ -244,7 +245,8 @@ def _unanswering(
 
 def _peak(rise: Array) -> float:
     """Pressure that the most loaded taxels reach, pascals: constant ones don't count."""
-    return float(np.percentile(rise[rise > 0], 90)) if (rise > 0).any() else 0.0
+    rises = rise[rise > 0]
+    return quantile_of(rises, 0.9) if len(rises) else 0.0
 
 
 def _most(values: Array) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from evifuse.recordings.recording import TouchRecording
 from evifuse.recordings.rotation import about_axis, multiply
 from evifuse.touch.contact import ContactTrack
+from evifuse.touch.quantiles import median_of
 from evifuse.touch.sites import ContactSite
 
 __all__ = ["turned_by_joint"]
@@ -47,7 +48,7 @@ def turned_by_joint(
     joint = np.array([abs(np.ptp(recording.joint_angle_rad[roll])) for roll in rolls])
     pose = np.array([_turn_rad(recording.orientation_xyzw[roll]) for roll in rolls])
     turning = joint > SMALLEST_TURN_RAD
-    if not turning.any() or float(np.median(pose[turning] / joint[turning])) > FOLLOWS:
+    if not turning.any() or median_of(pose[turning] / joint[turning]) > FOLLOWS:
         return None
     orientation = recording.orientation_xyzw.copy()
     for roll in rolls:

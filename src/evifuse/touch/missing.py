@@ -91,12 +91,8 @@ def missed_sites(
         lowest = int(np.argmin(recording.position_m[:, 2]))
         up = np.array([0.0, 0.0, 1.0])
         return [MissedSite(recording.position_m[lowest] - radius * up, up, None, UNREFERENCED_BELIEF, lowest)]
-    free, depths = np.flatnonzero(~touching), np.full((len(touching), len(sites)), np.inf)
-    for number, (site, shape) in enumerate(zip(sites, operators, strict=True)):
-        depths[free, number] = _depth(recording.position_m[free], site, shape, radius)
-    nearest = np.argmin(depths, axis=1)
-    depth = depths[np.arange(len(depths)), nearest]
-    below = ~touching & np.isfinite(depth) & (depth > CLEARLY_BELOW * radius)
+    nearest, depth, reached = _depths(recording, touching, sites, operators)
+    below = (depth > CLEARLY_BELOW * radius) & (depth < np.inf)
     missed: list[MissedSite] = []
     for start, stop in contact_intervals(below, recording.time_ns):
         if _interrupted(touching[start:stop], recording.time_ns[start:stop]):
@@ -108,7 +104,6 @@ def missed_sites(
         belief = float(1 - np.exp(-deepest / (CLEARLY_BELOW * radius)))
         missed.append(MissedSite(np.median(surface, axis=0), normal, deepest, belief, start))
     missed = _merged(missed, radius)
-    reached = np.where(np.isfinite(depths), depths, -np.inf).max(axis=1)
     for dip in _lowered_in_vain(recording, touching, sites, reached):
         if all(np.linalg.norm(dip.position_m - site.position_m) > 2 * radius for site in missed):
             missed.append(dip)
@@ -173,21 +168,33 @@ def _dwells(recording: TouchRecording, touching: NDArray[np.bool_]) -> list[tupl
     return [(b, e) for b, e in stretches if time[e - 1] - time[b] >= DWELL_NS]
 
 
-def _depth(
-    position_m: NDArray[np.float64], site: ContactSite, shape: ShapeOperator | None, radius: float
-) -> NDArray[np.float64]:
-    """Depth of the sphere below where a site's surface would hold it, metres; infinite out of reach."""
-    frame = np.stack([*tangents(site.normal), site.normal], axis=1)
-    place = (position_m - site.centre_m) @ frame
-    expected = np.zeros(len(place))
-    if shape is not None:
-        turn = shape.k1_direction_rad
-        first = place[:, 0] * np.cos(turn) + place[:, 1] * np.sin(turn)
-        second = place[:, 1] * np.cos(turn) - place[:, 0] * np.sin(turn)
-        k1, k2 = (k / (1 - radius * min(k, 0.0)) for k in (shape.k1_per_m, shape.k2_per_m))
-        expected = np.minimum(0.5 * (k1 * first**2 + k2 * second**2), 0.0)
-    within = np.hypot(place[:, 0], place[:, 1]) <= REACH * radius
-    return np.where(within, expected - place[:, 2], np.inf)
+def _depths(
+    recording: TouchRecording,
+    touching: NDArray[np.bool_],
+    sites: list[ContactSite],
+    operators: list[ShapeOperator | None],
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Depth (T,) of the sphere below where the surfaces of sites would hold it, metres.
+
+    First the site where it is least, then the least and the largest depth: infinite out of reach and with
+    contact.
+    """
+    from evifuse.touch._kernels_sites import depths
+
+    radius, flat = recording.fingertip.radius_m, (0.0, 0.0, 0.0)
+    k1, k2, turn = np.array(
+        [flat if s is None else (s.k1_per_m, s.k2_per_m, s.k1_direction_rad) for s in operators]
+    ).T
+    return depths(
+        recording.position_m,
+        touching,
+        np.array([site.centre_m for site in sites]),
+        np.array([np.stack([*tangents(site.normal), site.normal], axis=1) for site in sites]),
+        np.stack([np.cos(turn), np.sin(turn)], axis=1),
+        k1 / (1 - radius * np.minimum(k1, 0.0)),
+        k2 / (1 - radius * np.minimum(k2, 0.0)),
+        REACH * radius,
+    )
 
 
 def _interrupted(touching: NDArray[np.bool_], time_ns: NDArray[np.int64]) -> bool:

@@ -67,20 +67,12 @@ def pressure_profile(
         Of at most 300 of the samples.
     """
     from evifuse.touch._kernels_contact import rings
+    from evifuse.touch._kernels_sites import best_profile
 
     some = slice(None, None, max(1, len(contact_m) // SAMPLES))
     size, total, squares = rings(fingertip.positions_m, contact_m[some], pressure_pa[some], BINS, furthest_m)
-    kept = size > 0
-    weight, mean = np.minimum(size[kept], 200.0), total[kept] / size[kept]
-    reach = furthest_m * REACHES
-    left = np.maximum(1 - squares[kept] / size[kept] / reach[:, None] ** 2, 0.0)
-    shape = np.stack([left**power for power in POWERS])
-    own, along = (shape**2) @ weight, shape @ (weight * mean)
-    gain = np.where(own > 0, along**2 / np.where(own > 0, own, 1.0), 0.0)
-    best, width = np.unravel_index(int(np.argmax(gain)), gain.shape)
-    return Profile(
-        POWERS[best], float(reach[width]), float(along[best, width] / max(own[best, width], 1e-300))
-    )
+    best, reach, height = best_profile(size, total, squares, furthest_m * REACHES, np.array(POWERS))
+    return Profile(POWERS[best], reach, height)
 
 
 def press_depth_m(

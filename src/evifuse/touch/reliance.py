@@ -20,6 +20,7 @@ from evifuse.recordings.recording import TouchRecording
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import RollCurvature, ShapeOperator
 from evifuse.touch.fingertip import taxel_pitch_m
+from evifuse.touch.quantiles import median_of
 
 __all__ = ["TERMS", "contact_quality", "load_reliance", "reliance", "resolution"]
 
@@ -70,15 +71,13 @@ def contact_quality(
         its centre), at most 2. ``noisy``: noise over the median peak pressure, in tenths, at most 5.
         ``slip``: its absolute value, in tenths, at most 5.
     """
+    from evifuse.touch._kernels_sites import patch_spread
+
     tip = recording.fingertip
     some = samples[:: max(1, len(samples) // SAMPLES)]
-    pressure = np.maximum(np.nan_to_num(recording.pressure_pa[some]) - track.threshold_pa, 0.0)
-    total = np.maximum(pressure.sum(axis=1, keepdims=True), 1e-12)
-    centre = pressure @ tip.positions_m / total
-    squared = np.square(tip.positions_m).sum(axis=1)
-    spread = (pressure @ squared) / total[:, 0] - np.square(centre).sum(axis=1)
-    patch = float(np.sqrt(2 * max(float(np.median(spread)), 0.0)))
-    peak = max(float(np.median(track.peak_pa[some])), 1e-12)
+    spread = patch_spread(recording.pressure_pa, some, track.threshold_pa, tip.positions_m)
+    patch = float(np.sqrt(2 * max(median_of(spread), 0.0)))
+    peak = max(median_of(track.peak_pa[some]), 1e-12)
     return {
         "coarse": min(taxel_pitch_m(tip) / max(patch, 1e-9), 2.0),
         "noisy": min(10 * track.noise_pa / peak, 5.0),
@@ -106,7 +105,7 @@ def resolution(shape: ShapeOperator | None, rolls: Sequence[RollCurvature], gamm
     if shape is not None:
         error = max(shape.k1_error_per_m, shape.k2_error_per_m)
     else:
-        error = float(np.median([roll.standard_error_per_m for roll in rolls])) if rolls else 0.0
+        error = median_of([roll.standard_error_per_m for roll in rolls]) if rolls else 0.0
     return min(error / gamma_per_m, MOST_UNRESOLVED)
 
 

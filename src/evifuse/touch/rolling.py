@@ -111,7 +111,7 @@ def rolls_within(
     list of ndarray of int64
         Samples of each roll, without those at which the contact is on the edge of the array.
     """
-    from evifuse.touch._kernels_rolls import mean_of, smooth_path
+    from evifuse.touch._kernels_rolls import least_along, mean_of, smooth_path
 
     samples = samples[track.interior[samples]]
     if len(samples) < 3:
@@ -120,7 +120,7 @@ def rolls_within(
     normal = normal / np.linalg.norm(normal)
     first, second = tangents(normal)
     path = smooth_path(recording.position_m, samples, first, second, max(1, len(samples) // 100))
-    wide = float((track.normal[samples] @ normal).min()) < np.cos(WIDE_RAD)
+    wide = least_along(track.normal, samples, normal) < np.cos(WIDE_RAD)
     if wide:
         path = _unrolled(recording.position_m[samples], track.normal[samples], normal) @ np.stack(
             [first, second], axis=1
