@@ -10,10 +10,10 @@ from evifuse.errors import UsageError
 from evifuse.recordings.recording import Fingertip
 from evifuse.simulation import Noise, Procedure, simulate, surface
 from evifuse.simulation.fingertip import Skin, grid_fingertip
-from evifuse.simulation.hull import HullSurface
 from evifuse.simulation.kinematics import curvature_tensors
 from evifuse.simulation.procedure import Finger, plan_rolls
 from evifuse.touch.fingersurface import SphereSurface
+from evifuse.touch.hull import HullSurface
 
 QUICK = Procedure(directions_rad=(0.0, 0.7, 1.9), roll_s=0.3)
 SMOOTH = ("plane", "cylinder", "sphere", "bowl", "trough", "saddle", "ellipsoid", "torus")

@@ -7,9 +7,11 @@ from hypothesis import strategies as st
 
 from evifuse.recordings.recording import Fingertip
 from evifuse.recordings.rotation import rotate
-from evifuse.touch import sense_curvature, surface_of
+from evifuse.simulation import simulate
+from evifuse.touch import load_fingertip, sense_curvature, surface_of
 from evifuse.touch.blended import layout_normals
 from evifuse.touch.envelope import closest_contacts
+from evifuse.touch.hull import HullSurface, rolling_surface
 
 SEMI_AXES_M = np.array([0.009, 0.014, 0.010])
 
@@ -70,3 +72,13 @@ def test_the_normals_of_the_finger_may_be_estimated():
     """The same finger from places alone."""
     tip = oval(0.0015)
     assert np.median(np.arccos(np.clip((layout_normals(tip.positions_m) * tip.normals).sum(1), -1, 1))) < 0.01
+
+
+def test_a_flat_pad_is_felt_as_the_body_around_its_taxels() -> None:
+    """It stands on a few taxels: a surface through all of them would be wrong."""
+    tip = load_fingertip("paxini:DP-S3013-Core")
+    assert isinstance(rolling_surface(tip), HullSurface)
+    scene = simulate("sphere", radius_m=0.04, fingertip=tip, picture=False, rate_hz=200, seed=3)
+    for site in sense_curvature(scene.scene.touch).sites:
+        assert site.k1_per_m == pytest.approx(-25, abs=8)
+        assert site.k2_per_m == pytest.approx(-25, abs=8)

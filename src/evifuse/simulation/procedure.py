@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from evifuse.errors import UsageError
 from evifuse.recordings import rotation
 from evifuse.recordings.recording import Fingertip
-from evifuse.simulation.hull import HullSurface
 from evifuse.simulation.kinematics import STEPS, Contact, Paths, put_down, relative_curvature, roll_paths
 from evifuse.simulation.surface import Surface
 from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
+from evifuse.touch.hull import HullSurface, flattest_per_m
 
 __all__ = ["Finger", "Procedure", "Roll", "plan_rolls"]
 
@@ -91,7 +91,7 @@ class Finger:
         """Smallest radius of curvature at its pole, and the largest there or on a pad around it, metres."""
         flat, steep = np.linalg.eigvalsh(self.surface.shape_operators(self.pole_m[None])[0][0]).tolist()
         if isinstance(self.surface, HullSurface):
-            flat = _flattest(self.tip, self.surface, self.pole_m)
+            flat = flattest_per_m(self.tip, self.surface, self.pole_m)
         return 1 / max(steep, 1.0), 1 / max(flat, 1.0)  # what is flatter than 1 m is flat
 
     @property
@@ -136,7 +136,7 @@ class Finger:
         middle = tip.positions_m - tip.positions_m.mean(axis=0)
         aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
         pole = surface.project(tip.positions_m[[int(np.argmin(aside))]])[0][0]
-        if _flattest(tip, surface, pole) > 0:
+        if flattest_per_m(tip, surface, pole) > 0:
             return cls(tip, surface, pole, cover_m)
         hull = HullSurface(tip.positions_m, tip.normals, cover_m)
         return cls(tip, hull, hull.support(facing[None])[0][0], cover_m)
@@ -184,14 +184,6 @@ class Finger:
         within = np.cos(np.deg2rad(30)) * np.linalg.norm(beside, axis=1)
         ends = [np.max(np.where(side * along >= within, arc, 0.0), axis=1) for side in (1, -1)]
         return np.minimum(*ends)
-
-
-def _flattest(tip: Fingertip, surface: FingerSurface, pole_m: Vector) -> float:
-    """Smallest curvature of a finger around its pole, 1/m; negative where it is hollow."""
-    apart = np.linalg.norm(tip.positions_m - pole_m, axis=1)
-    near = tip.positions_m[apart <= max(0.5 * min(tip.radius_m, float(apart.max())), float(apart.min()))]
-    places = surface.project(np.concatenate([pole_m[None], near]))[0]
-    return float(np.linalg.eigvalsh(surface.shape_operators(places)[0])[:, 0].min())
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from evifuse.touch.blocks import Pieces, directions_of, pieces_of, site_frame, s
 from evifuse.touch.contact import ContactTrack
 from evifuse.touch.curvature import NARROWEST_RAD, spread_rad
 from evifuse.touch.envelope import closest_contacts
-from evifuse.touch.fingersurface import SphereSurface, surface_of
+from evifuse.touch.fingersurface import SphereSurface
 from evifuse.touch.fingertip import surrounded
+from evifuse.touch.hull import rolling_surface
 from evifuse.touch.patch import Blocks, Patch, fit_patch
 from evifuse.touch.pole import pole_of
 from evifuse.touch.quadrics import unit_rows
@@ -55,7 +56,7 @@ def guided(recording: TouchRecording, track: ContactTrack) -> tuple[TouchRecordi
         With the contact on the fingertip's own surface.
     """
     tip = recording.fingertip
-    surface = surface_of(tip)
+    surface = rolling_surface(tip)
     if isinstance(surface, SphereSurface):
         if float(np.linalg.norm(surface.centre_m)) < 1e-3 * tip.radius_m:
             return recording, track
@@ -104,7 +105,7 @@ def as_sphere(
     sites : list of ContactSite
         With the sphere's centre over each site.
     """
-    surface = surface_of(recording.fingertip)
+    surface = rolling_surface(recording.fingertip)
     if isinstance(surface, SphereSurface):
         return guide, track, sites
     radius, turn = recording.fingertip.radius_m, recording.orientation_xyzw
@@ -176,7 +177,7 @@ def _closest(
         origin, frame = site_frame(site, tip.radius_m)
         at = (pose[:, :3], unit_rows(pose[:, 3:7]))
         on_plane = closest_contacts(
-            surface_of(tip), tip.radius_m, np.zeros(16), at, finger, (origin, frame), 12
+            rolling_surface(tip), tip.radius_m, np.zeros(16), at, finger, (origin, frame), 12
         )
         plane = Patch(np.zeros(16), np.eye(16), SETTLED * tip.radius_m, errors[1])
         other, left = _found_from(on_plane, tip, pieces, pose, site, errors, plane)
@@ -194,7 +195,7 @@ def _found_from(
     patch: Patch | None = None,
 ) -> tuple[Array, float]:
     """Contacts (B, 3) on the finger that are found from others in turns, and what is left of the heights."""
-    surface, radius = surface_of(tip), tip.radius_m
+    surface, radius = rolling_surface(tip), tip.radius_m
     origin, frame = site_frame(site, radius)
     position, turn = pose[:, :3], unit_rows(pose[:, 3:7])
     felt = unit_rows(pieces.means[:, 3:6]) @ frame

@@ -11,13 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evifuse.recordings.recording import Fingertip
+from evifuse.touch.fingersurface import FingerSurface, SphereSurface, surface_of
 from evifuse.touch.quadrics import tangent_axes, unit_rows
+from evifuse.touch.remembered import per_fingertip
 
-__all__ = ["HullSurface"]
+__all__ = ["HullSurface", "flattest_per_m", "rolling_surface"]
 
 Array = NDArray[np.float64]
 SHARPEST_M = 1e-4
 """No radius of curvature is smaller: beyond its outermost taxels the body would have corners."""
+SHARE_M = 1.7e-4
+"""How deep a light press of a few newtons goes into a firm skin: taxels so far back still bear a share."""
 
 
 @dataclass(frozen=True)
@@ -87,16 +92,19 @@ class HullSurface:
         """
         apart = np.square(points_m[:, None] - self.positions_m[None]).sum(axis=2)
         normals = self.normals[np.argmin(apart, axis=1)]
+        moving = np.arange(len(normals))
         for _ in range(60):
-            feet, radii, axes = self.support(normals)
-            aside = np.einsum("mja,mj->ma", axes, points_m - feet)
-            away = np.sum((points_m - feet) * normals, axis=1)
+            feet, radii, axes = self.support(normals[moving])
+            off = points_m[moving] - feet
+            aside = np.einsum("mja,mj->ma", axes, off)
+            away = np.sum(off * normals[moving], axis=1)
             turning = radii + np.maximum(away, -0.5 * SHARPEST_M)[:, None, None] * np.eye(2)
             turn = np.linalg.solve(turning, aside[..., None])[..., 0]
             length = np.linalg.norm(turn, axis=1, keepdims=True)
             turn *= np.minimum(1.0, 0.1 / np.maximum(length, 1e-300))
-            normals = unit_rows(normals + np.einsum("mja,ma->mj", axes, turn))
-            if length.max() < 1e-12:
+            normals[moving] = unit_rows(normals[moving] + np.einsum("mja,ma->mj", axes, turn))
+            moving = moving[length[:, 0] > 1e-10]
+            if not len(moving):
                 break
         return self.support(normals)[0], normals
 
@@ -149,3 +157,54 @@ class HullSurface:
         """
         _, radii, axes = self.support(self.project(points_m)[1])
         return np.asarray(np.linalg.inv(radii), dtype=np.float64), axes
+
+
+def flattest_per_m(fingertip: Fingertip, surface: FingerSurface, pole_m: Array) -> float:
+    """Smallest curvature of a finger around its pole.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Its taxels.
+    surface : FingerSurface
+        The surface through them.
+    pole_m : ndarray of float64, shape (3,)
+        The pole, fingertip frame, metres.
+
+    Returns
+    -------
+    float
+        1/m, negative where the finger is hollow.
+    """
+    apart = np.linalg.norm(fingertip.positions_m - pole_m, axis=1)
+    reach = max(0.5 * min(fingertip.radius_m, float(apart.max())), float(apart.min()))
+    near = fingertip.positions_m[apart <= reach]
+    places = surface.project(np.concatenate([pole_m[None], near]))[0]
+    return float(np.linalg.eigvalsh(surface.shape_operators(places)[0])[:, 0].min())
+
+
+@per_fingertip
+def rolling_surface(fingertip: Fingertip) -> FingerSurface:
+    """What a fingertip rolls on: its surface, or where that is flat or hollow the body around its taxels.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Its taxels.
+
+    Returns
+    -------
+    FingerSurface
+        Convex around the pole.
+    """
+    surface = surface_of(fingertip)
+    if isinstance(surface, SphereSurface):
+        return surface
+    facing = fingertip.normals.mean(axis=0)
+    facing /= np.linalg.norm(facing)
+    middle = fingertip.positions_m - fingertip.positions_m.mean(axis=0)
+    aside = np.linalg.norm(middle - np.outer(middle @ facing, facing), axis=1)
+    pole = surface.project(fingertip.positions_m[[int(np.argmin(aside))]])[0][0]
+    if flattest_per_m(fingertip, surface, pole) > 0:
+        return surface
+    return HullSurface(fingertip.positions_m, fingertip.normals, SHARE_M)
