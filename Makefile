@@ -30,7 +30,7 @@ demo: $(READY)   ## simulate one scene, fuse it, print the tables and draw the p
 	$(BIN)/evifuse demo
 
 test: $(READY)   ## the tests, doctests included
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
 slow: $(READY)   ## the tests that take longer
 	$(BIN)/python -m pytest -m slow
