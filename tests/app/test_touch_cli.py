@@ -243,6 +243,7 @@ def test_one_direction_only(run: Run, rolled: TouchRecording, tmp_path: Path) ->
     assert code == 0
     (site,) = json.loads(out)["sites"]
     assert site["k1_per_m"] is None
+    assert json.loads(out)["decision"] is None  # a trough, a saddle and a bowl alike
     assert site["known_curvature_per_m"] == pytest.approx(33.3, rel=0.02)
     assert site["known_standard_error_per_m"] > 0
     assert np.sin(site["known_direction_rad"]) == pytest.approx(0, abs=0.02)  # along the world's x axis

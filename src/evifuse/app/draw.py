@@ -65,7 +65,7 @@ def draw_touch(recording: TouchRecording, felt: FeltSurface, path: Path) -> None
     _patch(axes[0, 1], recording)
     _curvatures(axes[1, 0], felt)
     _touch_bars(axes[1, 1], felt)
-    decision = felt.classification.decision or "nothing"
+    decision = felt.decision or "nothing"
     figure.suptitle(f"{recording.name}: {decision}", x=0.01, ha="left", fontweight="bold")
     _save(figure, path)
 

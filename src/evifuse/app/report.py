@@ -112,7 +112,7 @@ def report_touch(felt: FeltSurface, console: Console, *, why: bool = False) -> N
     console.print(_shares("Belief over curvature primitives", felt.evidence.as_dict()))
     if why:
         console.print(_reasons("Conductivity of curvature features", felt.classification))
-    console.print(f"Touch says: {felt.classification.decision or 'nothing'}.")
+    console.print(f"Touch says: {felt.decision or 'nothing'}.")
     for warning in felt.warnings:
         console.print(f"Note: {warning}", style="yellow")
 

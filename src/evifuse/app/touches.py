@@ -222,7 +222,7 @@ def line_of(felt: FeltSurface) -> str:
             )
     if len(felt.sites) > LISTED:
         sites.append(f"{len(felt.sites) - LISTED} more sites")
-    decision = felt.classification.decision or "nothing"
+    decision = felt.decision or "nothing"
     return f"{decision.ljust(11)}  {best} {masses[best]:.2f}  {'; '.join(sites)}"
 
 

@@ -14,6 +14,9 @@ from evifuse.touch.primitives import NO_CONTACT, PRIMITIVES
 
 __all__ = ["FeltSite", "FeltSurface", "LocalCurvature", "OneDirection"]
 
+LEAST = 0.05
+"""A class that conducts less is no answer: what was felt fits none (our own)."""
+
 
 @dataclass(frozen=True)
 class LocalCurvature:
@@ -149,6 +152,12 @@ class FeltSurface:
     gamma_per_m: float
     warnings: tuple[str, ...]
 
+    @property
+    def decision(self) -> str | None:
+        """The class that conducts most; None where none conducts a twentieth."""
+        most = max(self.classification.conductivity.values(), default=0.0)
+        return self.classification.decision if most >= LEAST else None
+
     def to_json(self) -> dict[str, Any]:
         """Plain values, as the command line prints them.
 
@@ -175,7 +184,7 @@ class FeltSurface:
             "sites": [_site_json(site) for site in self.sites],
             "belief": _belief_json(self.evidence),
             "conductivity": self.classification.conductivity,
-            "decision": self.classification.decision,
+            "decision": self.decision,
             "warnings": list(self.warnings),
         }
 
